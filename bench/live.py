@@ -5,6 +5,8 @@
     bench/run.py live
     PYTHONPATH=build/release/python bench/live.py [--scenes cornell,staircase2,kitchen,classroom,lamps] [--resolution 1280x720] [--rounds 5]
     PYTHONPATH=build/release/python bench/live.py --list [--scenes ...]
+    PYTHONPATH=build/release/python bench/live.py --shader build/release/examples/plugins/libtoon.so [--scenes ...]
+    PYTHONPATH=build/release/python bench/live.py --denoised [--scenes ...]
 
 For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel), median of the rounds
 and the 99th percentile, which of few rounds is the last of them; processor time of it, half of which is what two idle processors would take;
@@ -17,6 +19,11 @@ while the picture is rendered, median, 99th percentile and longest of some thous
 --list: twenty edits such as users make, one after the other, each settled; against a fresh session of the scene as it then is (of the first
 and the last of them). In the end the geometric means of settled over fresh: with the two gains, and of the other eighteen alone. Times of settled pictures are those of
 --clock: of the wall, or the process's processor time (`cpu`) on a machine that others use too.
+
+--shader: gains where all materials that have a name are this shader, of those with a postlighting stage: seconds and processor time to the first picture,
+to the first of the whole frame and to the settled one, of the first gain and of the medians of those after it; the settled ones of a fresh session's too.
+
+--denoised: after edits of the camera and of gains, seconds and processor time from the last noisy picture of all samples to the denoised one, medians.
 """
 import argparse
 import math
@@ -131,6 +138,61 @@ def bench_list(name, options, clock):
     others = [settled / mean for what, _, _, settled in times if "gain" not in what]
     print(f"| {name} | fresh, first and last | - | - | {fresh:.2f}, {last:.2f} | all {statistics.geometric_mean(ratios):.2f}, "
           f"without gains {statistics.geometric_mean(others):.2f} |", flush=True)
+
+
+def watch(live, edits_so_far, begin):
+    """(frame, seconds and processor time to it) of the frames that show the edits, as far as they are seen."""
+    def stage(frame):
+        return frame.reduction, frame.pixel_samples, frame.settled
+
+    frames = []
+    while not frames or not frames[-1][0].settled:
+        frame = live.frame()
+        if frame is not None and frame.edits >= edits_so_far and (not frames or stage(frame) != stage(frames[-1][0])):
+            frames.append((frame, time.monotonic() - begin[0], time.process_time() - begin[1]))
+        live.wait(0.001)
+    return frames
+
+
+def bench_shader(name, options, rounds, shader):
+    """Gains where all that has a name is drawn by the shader."""
+    import dapple
+    begin = time.monotonic(), time.process_time()
+    scene = load(name)
+    for material in list(scene.materials):
+        if ":" not in material:
+            scene.materials[material].edit(type="plugin", filename=os.path.abspath(shader))
+    live = settled_session(scene, options)
+    fresh = time.monotonic() - begin[0], time.process_time() - begin[1]
+    times = []
+    for k in range(rounds + 1):
+        begin = time.monotonic(), time.process_time()
+        live.gains["key"] = 1.1 + 0.1 * k
+        frames = watch(live, k + 1, begin)
+        whole = next(f for f in frames if f[0].reduction == 1)
+        times.append([t for f in (frames[0], whole, frames[-1]) for t in f[1:]])
+    for what, t in (("first gain", times[0]), ("gain", [statistics.median(of) for of in zip(*times[1:])])):
+        print(f"| {name} | {what} | {t[0]:.3f} ({t[1]:.3f}) | {t[2]:.2f} ({t[3]:.2f}) | {t[4]:.2f} ({t[5]:.2f}) | {fresh[0]:.1f} ({fresh[1]:.1f}) | {t[5] / fresh[1]:.3f} |", flush=True)
+
+
+def bench_denoised(name, options, rounds):
+    """Denoising after settling."""
+    live = settled_session(load(name), options | {"denoise": True})
+    waits, count = {"camera": [], "gain": []}, 0
+    for k in range(rounds):
+        for what, wait in waits.items():
+            begin = time.monotonic(), time.process_time()
+            if what == "camera":
+                live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
+            else:
+                live.gains["key"] = 1.1 + 0.1 * k
+            count += 1
+            frames = watch(live, count, begin)
+            noisy = [f for f in frames if not f[0].settled and f[0].reduction == 1 and f[0].pixel_samples == options["pixel_samples"]]
+            wait.append([frames[-1][i] - noisy[-1][i] for i in (1, 2)])
+    for what, wait in waits.items():
+        wall, cpu = zip(*wait)
+        print(f"| {name} | {what} | {both(wall)} | {both(cpu)} |", flush=True)
 
 
 EXTENT = (1, 1, 1)
@@ -297,23 +359,31 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--shader", default="")
+    parser.add_argument("--denoised", action="store_true")
     parser.add_argument("--clock", choices=("wall", "cpu"), default="wall")
     o = parser.parse_args()
     dapple.set_threads(o.threads)
     options = dict(preset=o.preset, integrator="distribution", pixel_samples=o.samples, denoise=False,
                    resolution=tuple(int(n) for n in o.resolution.split("x")))
     print(f"{o.resolution}, {o.samples} samples a pixel, preset {o.preset}, {o.threads} threads; seconds")
+    columns = "edit | first picture | its processor time | settled, of a fresh session | fills | cancel"
     if o.list:
-        print("| scene | edit | first picture | its processor time | settled | of a fresh session |")
-        print("|---|---|---|---|---|---|")
-    else:
-        print("| scene | edit | first picture | its processor time | settled, of a fresh session | fills | cancel |")
-        print("|---|---|---|---|---|---|---|")
-    for name in o.scenes.split(",") if o.scenes else ROOMS if o.list else SCENES:
+        columns = "edit | first picture | its processor time | settled | of a fresh session"
+    elif o.shader:
+        columns = "edit | first picture | whole frame | settled | fresh | settled, of a fresh session"
+    elif o.denoised:
+        columns = "edit | denoised after settling | its processor time"
+    print(f"| scene | {columns} |\n|{'---|' * (columns.count('|') + 2)}")
+    for name in o.scenes.split(",") if o.scenes else ROOMS if o.list or o.shader or o.denoised else SCENES:
         if os.path.exists(SCENES[name]):
             EXTENT = (100, 100, 100) if name == "cornell" else (1, 1, 1)
             if o.list:
                 bench_list(name, options, time.process_time if o.clock == "cpu" else time.monotonic)
+            elif o.shader:
+                bench_shader(name, options, o.rounds, o.shader)
+            elif o.denoised:
+                bench_denoised(name, options, o.rounds)
             else:
                 bench_scene(name, options, o.rounds)
 

@@ -176,9 +176,13 @@ TEST(EditedScenes, RandomEditsOfSessions) {
   auto all = edits();
   for (const char* group : {"default", "key"})
     all.emplace_back(group, [group](Scene& s) { s.gain(group, {.5, 1.5, 2}); });
-  for (int i = 0; i < 3; ++i)  // back from "path", which is among the edits
-    all.emplace_back("grids", [](Scene& s) {
-      s.edit("integrator", "", {{"string type", "distribution"}, {"string visiblepoints", "grids"}});
+  const Edit grids = [](Scene& s) {
+    s.edit("integrator", "", {{"string type", "distribution"}, {"string visiblepoints", "grids"}});
+  };
+  for (int i = 0; i < 3; ++i) all.emplace_back("grids", grids);  // back from "path", which is among the edits
+  for (const char* shader : {"toon", "wet_stone"})               // which see gains
+    all.emplace_back(shader, [shader](Scene& s) {
+      s.edit("material", "red", {{"string type", "plugin"}, {"string filename", test::plugin(shader)}});
     });
   all.emplace_back("samples", [](Scene& s) { s.edit("integrator", "", {{"string visiblepoints", "samples"}}); });
   const std::vector<Edit> wrong = {[](Scene& s) { s.edit("light", "none", {}); },
@@ -218,6 +222,7 @@ TEST(EditedScenes, RandomEditsOfSessions) {
       if (random() % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(random() % 20));
       if (random() % 16 == 0) session.wait(120);
     }
+    if ((done - 1) / 200 % 2 == 0) session.edit(grids);
     const std::string path = testing::TempDir() + "/random-" + std::to_string(::getpid()) + ".pbrt";
     session.write(path);
     const Picture expected = Scene::load(path).render(o);

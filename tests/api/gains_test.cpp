@@ -189,6 +189,143 @@ TEST(Gains, AtAnyTimeFromSeveralThreads) {
   expect_same(settled(session), fresh(session, o));
 }
 
+// The red ball in tones (postlighting), or the floor of damp stones as well (diffuselighting).
+std::string drawn_room(bool with_stones = false) {
+  std::string text =
+      test::room + groups + "Edit \"material\" \"red\" \"string type\" \"plugin\" \"string filename\" \"" +
+      test::plugin("toon") + "\" \"float white\" .6 \"integer tones\" 3 \"float rim\" .4 \"rgb ink\" [.1 0 .2]\n";
+  if (with_stones)
+    text += "Edit \"material\" \"floor\" \"string type\" \"plugin\" \"string filename\" \"" +
+            test::plugin("wet_stone") +
+            "\" \"rgb reflectance\" [.5 .4 .3] \"float frequency\" 1 \"float wetness\" .7 \"float "
+            "water\" 0\n";
+  return text;
+}
+
+// Of the caches whose names begin so.
+uint64_t fills(const Picture& picture, const std::string& name) {
+  uint64_t n = 0;
+  for (const CacheUse& c : picture.statistics.caches)
+    if (c.name.starts_with(name) && !c.name.starts_with("radiosity.depth")) n += c.fills;
+  return n;
+}
+
+// Closed form: shaders see what brighter lights would give them. Of a light that is off nothing is left, whatever the
+// shaders add.
+TEST(Gains, ReachShadersWithStages) {
+  const RenderOptions o = layers("distribution");
+  for (const bool with_stones : {false, true}) {
+    SCOPED_TRACE(with_stones);
+    const std::string room = drawn_room(with_stones);
+    const Picture plain = Scene::parse(room).render(o);
+    const Picture gained = Scene::parse(room + R"(LightGroup "key" "float gain" 4 LightGroup "lamp" "float gain" 4
+      LightGroup "default" "float gain" 4)")
+                               .render(o);
+    const Picture brighter = Scene::parse(room + R"(Edit "light" "key" "float scale" 4
+      Edit "light" "lamp" "float scale" 4 Edit "light" "sky" "float scale" 4 Edit "light" "distant:1" "float scale" 4)")
+                                 .render(o);
+    size_t apart = 0, nonlinear = 0;
+    for (size_t i = 0; i < gained.picture().pixels.size(); ++i) {
+      const float a = gained.picture().pixels[i], b = brighter.picture().pixels[i];
+      apart += std::abs(a - b) > 1e-3f * std::max(b, .01f);  // by rounding, where a tone begins
+      nonlinear += std::abs(a - 4 * plain.picture().pixels[i]) > .1f * a;
+      float sum = 0;
+      for (const char* name : {"light.default", "light.key", "light.lamp"}) sum += gained.layer(name)->pixels[i];
+      EXPECT_NEAR(a, sum, 1e-4f * std::max(a, .01f));
+    }
+    EXPECT_LE(apart, 6u);
+    EXPECT_GE(nonlinear, 100u);
+    const Picture off =
+        Scene::parse(room + R"(LightGroup "key" "float gain" 0 LightGroup "lamp" "float gain" 0)").render(o);
+    const Picture dark = Scene::parse(room + R"(LightGroup "key" "float gain" 0 LightGroup "lamp" "float gain" 0
+      LightGroup "default" "float gain" 0)")
+                             .render(o);
+    EXPECT_GT(test::mean(off.picture()), 0);
+    EXPECT_EQ(test::mean(*off.layer("light.key")), 0);
+    EXPECT_EQ(test::mean(dark.picture()), 0);
+  }
+}
+
+// What is shaded is kept where only what viewers see is a shader's own: samples are finished again.
+TEST(Gains, OfShadersWithStagesAreRenderedAgain) {
+  for (const char* points : {"samples", "grids"})
+    for (const bool with_stones : {false, true}) {
+      SCOPED_TRACE(std::string(points) + (with_stones ? ", stones" : ""));
+      const RenderOptions o = layers("distribution");
+      Scene scene = Scene::parse(drawn_room(with_stones));
+      scene.edit("integrator", "", {{"string visiblepoints", points}});
+      std::vector<int> reductions;
+      LiveSession session(std::move(scene), o, [&](const LiveFrame& f) { reductions.push_back(f.reduction); });
+      const Picture before = settled(session);
+      EXPECT_GT(fills(before, "radiosity."), 0u);
+      EXPECT_GT(fills(before, "grids"), 0u);
+      expect_same(before, fresh(session, o));
+      for (const double gain : {3., .2, 0., 1.}) {
+        reductions.clear();
+        session.gain("key", {gain, 2, 1}).get();
+        const Picture once = settled(session);
+        EXPECT_GT(once.statistics.rays, 0u);
+        EXPECT_EQ(fills(once, "grids") == 0, !with_stones);
+        EXPECT_EQ(fills(once, "radiosity.") <= fills(before, "radiosity.") / 10, !with_stones);
+        EXPECT_EQ(reductions.front(), with_stones ? 8 : 4);
+        expect_same(once, fresh(session, o));
+        session.gain("key", {gain, 2, 1}).get();
+        EXPECT_EQ(settled(session).statistics.rays, 0u);
+      }
+      session.edit([](Scene& s) {
+        s.gain("lamp", {2, 2, 2});
+        s.edit("camera", "", {{"float fov", 35}});
+      });
+      session.edit("light", "key", {{"float scale", 2}});
+      expect_same(settled(session), fresh(session, o));
+    }
+}
+
+// While it renders: once a whole picture has been seen, what is shaded is kept for another gain.
+TEST(Gains, OfShadersWithStagesWhileRendering) {
+  RenderOptions o = layers("distribution");
+  o.pixel_samples = 500;
+  std::promise<void> whole, asked;
+  std::vector<std::pair<uint64_t, int>> seen;
+  Scene scene = Scene::parse(drawn_room());
+  scene.edit("integrator", "", {{"string visiblepoints", "grids"}});
+  LiveSession session(std::move(scene), o, [&](const LiveFrame& f) {
+    if (seen.empty() || seen.back() != std::pair(f.edits, f.reduction)) seen.emplace_back(f.edits, f.reduction);
+    if (f.reduction > 1 || f.pixel_samples > 1 || f.edits > 0) return;
+    whole.set_value();
+    asked.get_future().wait_for(std::chrono::seconds(60));
+  });
+  whole.get_future().wait();
+  session.gain("key", {.5, 1, 1});
+  asked.set_value();
+  const Picture last = settled(session);
+  EXPECT_EQ(seen, (std::vector<std::pair<uint64_t, int>>{{0, 8}, {0, 4}, {0, 2}, {0, 1}, {1, 4}, {1, 1}}));
+  const Picture expected = fresh(session, o);
+  EXPECT_LT(fills(last, "grids"), fills(expected, "grids") / 2);  // what one sample a pixel has not seen
+  expect_same(last, expected);
+}
+
+TEST(Gains, OfShadersWithStagesAtAnyTime) {
+  for (const bool with_stones : {false, true}) {
+    RenderOptions o = layers("distribution");
+    o.pixel_samples = 24;
+    LiveSession session(Scene::parse(drawn_room(with_stones)), o);
+    settled(session);
+    std::vector<std::thread> threads;
+    for (unsigned t = 0; t < 3; ++t)
+      threads.emplace_back([&session, t] {
+        for (int i = 0; i < 15; ++i) {
+          session.gain(t ? "key" : "lamp", {.1 * i, 1, 2});
+          if (t == 1 && i % 5 == 1) session.edit("camera", "", {{"float fov", 30 + i}});
+          if (t == 2 && i == 7) session.edit("material", "gloss", {{"float roughness", .1}});
+          std::this_thread::sleep_for(std::chrono::milliseconds(7 * t + 1));
+        }
+      });
+    for (std::thread& t : threads) t.join();
+    expect_same(settled(session), fresh(session, o));
+  }
+}
+
 // A scene without groups has one: its gain is the first to need it.
 TEST(Gains, OfTheOnlyGroup) {
   LiveSession session(Scene::parse(test::room), layers("path"));

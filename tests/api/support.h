@@ -56,6 +56,11 @@ AttributeBegin
 AttributeEnd
 )";
 
+/// The file of a shader of examples/plugins.
+inline std::string plugin(const std::string& name) {
+  return EXAMPLES_DIR "/lib" + name + ".so";
+}
+
 /// Bit for bit.
 inline void expect_same(const Picture& a, const Picture& b) {
   ASSERT_EQ(a.layers.size(), b.layers.size());

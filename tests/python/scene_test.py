@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -12,6 +13,7 @@ import numpy as np
 
 import dapple
 
+TOON = os.environ["DAPPLE_TOON"]  # the example plug-in
 ROOM = """
 LookAt 0 1 -5  0 1 0  0 1 0
 Camera "perspective" "float fov" 45
@@ -82,6 +84,27 @@ class SceneTest(unittest.TestCase):
         np.testing.assert_allclose(live.wait().image, .5 * sky, rtol=1e-5, atol=1e-6)
         with self.assertRaises(KeyError):
             live.gains["kay"] = 1
+        live.close()
+
+    def test_gains_of_shaders_with_stages(self):
+        def tone():
+            scene = dapple.parse(ROOM)
+            scene.materials["red"].edit(type="plugin", filename=TOON, tones=2, rim=0.0)
+            return scene
+
+        live = dapple.LiveSession(tone(), integrator="distribution", denoise=False)
+        before = live.wait().image
+        live.gains["key"] = 50
+        live.gains["sky"] = .5
+        frame = live.wait()
+        self.assertGreater(frame.statistics["rays"], 0)
+        fresh = tone()
+        fresh.gains["key"], fresh.gains["sky"] = 50, .5
+        np.testing.assert_array_equal(frame.image, fresh.render(integrator="distribution", denoise=False))
+        # The shader's brightest tone is of luminance 1, whatever the lights are.
+        luminance = frame.image[8, 12] @ np.float32((.2126, .7152, .0722))
+        self.assertAlmostEqual(float(luminance), 1, places=3)
+        self.assertGreater(np.abs(frame.image - before).max(), .1)
         live.close()
 
     def test_refused_gains(self):
@@ -267,6 +290,35 @@ class SceneTest(unittest.TestCase):
             self.assertEqual(live.frame().reduction, 1)
             self.assertFalse(live.frame().image.flags.writeable)
             self.assertTrue(np.shares_memory(live.frame().image, live.wait().image))
+
+    def test_two_live_sessions_are_as_two_processes(self):
+        program = """
+import sys
+import numpy as np
+import dapple
+
+def begin(seed):
+    live = dapple.LiveSession(dapple.load(sys.argv[1]), integrator="distribution", seed=seed, pixel_samples=16)
+    live.edit(lambda s: s.lights["key"].edit(scale=1 + seed))
+    live.gains["sky"] = seed
+    live.edit(lambda s: s.camera.edit(fov=40 + seed))
+    return live
+
+sessions = {seed: begin(int(seed)) for seed in sys.argv[3:]}
+for seed, live in sessions.items():
+    np.save(sys.argv[2] + seed, live.wait().image)
+    live.close()
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            scene = os.path.join(folder, "room.pbrt")
+            with open(scene, "w", encoding="utf-8") as f:
+                f.write(ROOM)
+            for kind, seeds in (("both", "12"), ("one", "1"), ("other", "2")):
+                subprocess.run([sys.executable, "-c", program, scene, os.path.join(folder, kind), *seeds], check=True, timeout=120)
+            pictures = {name: np.load(os.path.join(folder, name + ".npy")) for name in ("both1", "both2", "one1", "other2")}
+        np.testing.assert_array_equal(pictures["both1"], pictures["one1"])
+        np.testing.assert_array_equal(pictures["both2"], pictures["other2"])
+        self.assertGreater(np.abs(pictures["one1"] - pictures["other2"]).max(), .01)
 
     def test_interrupts_and_other_threads(self):
         counts = []

@@ -6,6 +6,7 @@
 
 #include <atomic>
 
+#include "dapple/integrate/camera_batch.h"
 #include "dapple/render/picture.h"
 #include "dapple/scenefile/scene_description.h"
 
@@ -47,6 +48,31 @@ TEST(ReducedView, HasFewerPixelsOfTheSameView) {
     EXPECT_NEAR(dot(reduced.ray.d, ray.ray.d), 1, 1e-4f);
   }
   EXPECT_EQ(scene.scene->camera.settings().resolution, before);
+}
+
+// Bit for bit the rays of these pixels of the whole.
+TEST(ReducedView, MayHaveSomePixelsOfTheWhole) {
+  build::BuiltScene scene = built();
+  const PixelSets sets(16, 1);
+  const V2i seen(20, 44), last(66, 49);
+  integrate::CameraBatch whole, edge, sparse, wide;
+  whole.generate(*scene.scene, Box2i(seen, seen + V2i(1, 1)), 3, sets);
+  edge.generate(*scene.scene, Box2i(last, last + V2i(1, 1)), 3, sets);
+  {
+    ReducedView view(*scene.scene, 8, 0, ReducedView::Pixels::sparse);
+    EXPECT_EQ(view.film().settings().resolution, V2i(9, 7));
+    sparse.generate(*scene.scene, Box2i(V2i(2, 5), V2i(3, 6)), 3, sets);
+    EXPECT_EQ(sparse.pixel[0], V2i(2, 5));
+    EXPECT_EQ(sparse.seed[0], whole.seed[0]);
+    EXPECT_EQ(sparse.ray[0].ray.d, whole.ray[0].ray.d);
+    EXPECT_EQ(sparse.ray[0].cone_spread, whole.ray[0].cone_spread);
+    sparse.generate(*scene.scene, Box2i(V2i(8, 6), V2i(9, 7)), 3, sets);
+    EXPECT_EQ(sparse.ray[0].ray.d, edge.ray[0].ray.d);
+  }
+  ReducedView view(*scene.scene, 8, 0);
+  wide.generate(*scene.scene, Box2i(V2i(2, 5), V2i(3, 6)), 3, sets);
+  EXPECT_NE(wide.ray[0].ray.d, whole.ray[0].ray.d);
+  EXPECT_GT(wide.ray[0].cone_spread, 7 * whole.ray[0].cone_spread);
 }
 
 // A sketch is unbiased: against path tracing of the same bounces. Over 1350 pixels of 36 samples, whose standard

@@ -18,21 +18,20 @@ std::string why_no_gains(const GainUse& use) {
   return "";
 }
 
-std::string why_no_gains(const scene::Scene& scene, const GainUse& use) {
-  using shading::Stage;
-  if (const std::string why = why_no_gains(use); !why.empty() || use.request.type != "distribution") return why;
-  for (const shading::MaterialPtr& material : scene.materials)
-    for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
-      if (material->stages().has(stage))
-        return "a shader has a stage " + std::string(shading::stage_names[size_t(stage)]) +
-               " of its own, and what it makes of light need not be a sum of what it makes of each group's";
-  return "";
+void check_gains(const std::vector<RGB>& gains, const GainUse& use) {
+  if (std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); })) return;
+  if (const std::string why = why_no_gains(use); !why.empty()) throw UsageError("gains of light groups: " + why);
 }
 
-void check_gains(const scene::Scene* scene, const std::vector<RGB>& gains, const GainUse& use) {
-  if (std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); })) return;
-  const std::string why = scene ? why_no_gains(*scene, use) : why_no_gains(use);
-  if (!why.empty()) throw UsageError("gains of light groups: " + why);
+GainReach reach_of_gains(const scene::Scene& scene, const std::string& integrator_type) {
+  using shading::Stage;
+  if (integrator_type != "distribution") return GainReach::sums;
+  const auto any_has = [&](Stage stage) {
+    return std::any_of(scene.materials.begin(), scene.materials.end(),
+                       [stage](const auto& material) { return material->stages().has(stage); });
+  };
+  if (any_has(Stage::diffuselighting)) return GainReach::stored;
+  return any_has(Stage::specularlighting) || any_has(Stage::postlighting) ? GainReach::samples : GainReach::sums;
 }
 
 }  // namespace dapple::render

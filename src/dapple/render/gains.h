@@ -17,11 +17,18 @@ struct GainUse {
 };
 
 /// Light of groups adds up, and so gains are factors on sums. Says what of a picture is no such sum: integrators that
-/// know no groups, shaders with stages of their own, estimates of noise. Empty: nothing is.
-std::string why_no_gains(const scene::Scene& scene, const GainUse& use);
-/// The same by what is asked for alone.
+/// know no groups, estimates of noise. Empty: nothing is.
 std::string why_no_gains(const GainUse& use);
-/// UsageError with that, if some gain is not 1. Null: of a scene whose materials are not known yet.
-void check_gains(const scene::Scene* scene, const std::vector<RGB>& gains, const GainUse& use);
+/// UsageError with that, if some gain is not 1.
+void check_gains(const std::vector<RGB>& gains, const GainUse& use);
+
+/// How far back other gains change what was rendered.
+enum class GainReach : uint8_t {
+  sums,     ///< of the film, which are weighted by them
+  samples,  ///< too: shaders have stages that make of light what the viewer sees
+  stored,   ///< light too: shaders have stages that make of it what other surfaces receive
+};
+/// By the stages that integrators of this type run.
+GainReach reach_of_gains(const scene::Scene& scene, const std::string& integrator_type);
 
 }  // namespace dapple::render

@@ -14,7 +14,7 @@ namespace dapple::render {
 
 namespace {
 
-constexpr int reductions[] = {8, 4, 2};
+constexpr int reductions[] = {8, 4, 2}, finished_reduction = 4;
 constexpr uint32_t sketch_samples = 4;
 
 bool only_camera_or_gains(const build::Changes& c) {
@@ -73,7 +73,7 @@ LiveSession::~LiveSession() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
-    cancel_ = has_news_ = true;
+    cancel_ = abandon_ = has_news_ = true;
   }
   changed_.notify_all();
   thread_.join();
@@ -86,7 +86,7 @@ std::future<void> LiveSession::add(Transaction transaction) {
     last_edit_ = std::chrono::steady_clock::now();
   }
   (transaction.kind == Kind::look ? has_looks_ : has_news_) = true;
-  if (transaction.kind == Kind::edit) cancel_ = true;
+  if (transaction.kind == Kind::edit) cancel_ = abandon_ = true;
   Transaction& t = queue_.emplace_back(std::move(transaction));
   changed_.notify_all();
   return t.done.get_future();
@@ -131,7 +131,7 @@ std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
 std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_ || needs_showing_; });
-  if (!ends_) cancel_ = has_news_ = has_looks_ = false;
+  if (!ends_) cancel_ = abandon_ = has_news_ = has_looks_ = false;
   // Who waits for edits is not told of what was wrong before them.
   if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.kind != Kind::look; }))
     failure_before_ = std::exchange(failure_, nullptr);
@@ -231,9 +231,7 @@ void LiveSession::check_gains() const {
   const PictureRequest& asked = options_.picture;
   const build::IntegratorRequest request =
       asked.integrator.over(c.settings || c.all ? scene_->described_request() : built_->request);
-  const bool keeps_materials = !c.materials && !c.geometry && !c.all;
-  render::check_gains(keeps_materials ? built_->scene.get() : nullptr, scene_->described_gains(),
-                      {request, asked.aovs, asked.noise_target});
+  render::check_gains(scene_->described_gains(), {request, asked.aovs, asked.noise_target});
 }
 
 // The integrator goes before the scene that it refers to, unless it will serve what has changed as well.
@@ -242,18 +240,17 @@ void LiveSession::build() {
   if (!scene_->description().dicing_camera && !scene_->description().camera.type.empty())
     scene_->freeze_dicing_camera();
   const build::Changes changes = scene_->changes();
-  bool keeps = picture_ && only_camera_or_gains(changes);
-  bool keeps_film = keeps && !changes.camera;
-  if (keeps && changes.camera) keeps = build::outlasts_camera(*built_, picture_->request());
-  if (keeps && changes.gains) keeps = picture_->keeps_for(scene_->described_gains());
-  keeps_film &= keeps;
-  if (!keeps_film) film_.reset();
+  const GainReach reach = picture_ && changes.gains ? picture_->reach_of(scene_->described_gains()) : GainReach::sums;
+  const bool keeps = picture_ && only_camera_or_gains(changes) && reach != GainReach::stored &&
+                     (!changes.camera || build::outlasts_camera(*built_, picture_->request()));
+  if (!keeps || changes.camera || reach != GainReach::sums) film_.reset();
   if (!keeps) picture_.reset();
   if (!keeps_surfaces(changes)) opacity_.reset();
   built_ = &scene_->built(options_.film);
   if (!keeps_paths(scene_->made_again())) prepared_ = {};
   if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
   if (picture_ && changes.camera) picture_->begin_again();
+  is_shaded_ &= picture_ && !changes.camera;
   if (film_) {
     set_scene_gains(*film_);
     film_result_ = without_counts(film_result_);
@@ -265,6 +262,7 @@ void LiveSession::build() {
 
 void LiveSession::render() {
   reduced_.clear();
+  const bool only_finishes = std::exchange(is_shaded_, false);
   const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
   const bool sketches = !picture_ && request.type != "ao";  // which has nothing to prepare
   if (sketches && !sketch(request)) return;
@@ -272,8 +270,10 @@ void LiveSession::render() {
     picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_), opacity_, &prepared_);
   opacity_ = picture_->opacity_cache();
   const integrate::CacheCounts opacity_before = opacity_ ? picture_->opacity_state().counts : integrate::CacheCounts();
-  for (const int reduction : reductions)
-    if (!(sketches && reduction == reductions[0]) && !render_reduced(reduction)) return;
+  if (!render_reduced(sketches, only_finishes)) {
+    is_shaded_ = only_finishes && !abandon_;
+    return;
+  }
   auto film = std::make_unique<scene::Film>(picture_->make_film());
   RenderSession session(picture_->integrator(), *film, picture_->rules());
   picture_->judge(session, *film);
@@ -283,9 +283,10 @@ void LiveSession::render() {
     if (!cancel_) publish(picture_->layers(*film, false), 1, samples, nullptr);
   });
   session.on_pause(pause_for_gains(*film, whole_samples));
-  SessionResult result = session.run(cancel_, StopToken(cancel_));
+  SessionResult result = session.run(cancel_, StopToken(abandon_));
+  is_shaded_ = (only_finishes || whole_samples > 0) && !abandon_;
   if (cancel_) {
-    picture_->begin_again();
+    if (!is_shaded_) picture_->begin_again();
     return;
   }
   for (const SessionResult& r : reduced_) add_counts(r, &result);
@@ -317,14 +318,14 @@ RenderSession::Pause LiveSession::pause_for_gains(scene::Film& film, const uint3
           }};
 }
 
-// Of gains that films without groups cannot show; not of those that will be refused.
+// Of gains that the film cannot show; not of those that will be refused.
 bool LiveSession::needs_samples(Transaction& gain) {
   const auto before = scene_->checkpoint();
   bool needs = false;
   try {
     gain.change(*scene_);
     check_gains();
-    needs = !picture_->keeps_for(scene_->described_gains());
+    needs = picture_->reach_of(scene_->described_gains()) != GainReach::sums;
   } catch (...) {  // which is told when it is applied
   }
   scene_->restore(before);
@@ -338,7 +339,7 @@ bool LiveSession::take_gains(std::unique_ptr<Transaction>* look) {
   {
     const std::lock_guard lock(mutex_);
     for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front()) {
-      if (picture_->film_groups() == 0 && needs_samples(queue_.front())) {
+      if (!picture_->weighs_gains() && needs_samples(queue_.front())) {
         cancel_ = true;
         break;
       }
@@ -375,14 +376,20 @@ bool LiveSession::sketch(const build::IntegratorRequest& request) {
   return render_view(*paths, view.film(), {}, reductions[0], sketch_samples, true);
 }
 
-bool LiveSession::render_reduced(int reduction) {
-  picture_->begin_again();
-  ReducedView view(*built_->scene, reduction, picture_->film_groups());
+// What is shaded is what the samples of the whole view found.
+bool LiveSession::render_reduced(bool is_sketched, bool only_finishes) {
   const uint32_t nothing_to_show = 0;
-  const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
-                                 reduction, 1, false);
-  picture_->begin_again();
-  return whole;
+  for (const int reduction : reductions) {
+    if (only_finishes ? reduction != finished_reduction : is_sketched && reduction == reductions[0]) continue;
+    if (!only_finishes) picture_->begin_again();
+    ReducedView view(*built_->scene, reduction, picture_->film_groups(),
+                     only_finishes ? ReducedView::Pixels::sparse : ReducedView::Pixels::wide);
+    const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
+                                   reduction, 1, false);
+    if (!only_finishes) picture_->begin_again();
+    if (!whole) return false;
+  }
+  return true;
 }
 
 // False if it was cancelled.
@@ -392,7 +399,7 @@ bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Fi
   rules.pixel_samples = samples;
   RenderSession session(integrator, film, rules);
   session.on_pause(std::move(pause));
-  SessionResult result = session.run(cancel_, StopToken(cancel_));
+  SessionResult result = session.run(cancel_, StopToken(abandon_));
   if (cancel_) return false;
   reduced_.push_back(std::move(result));
   OutputSettings output;

@@ -86,7 +86,7 @@ class LiveSession {
   void set_scene_gains(scene::Film& film) const;
   void render();
   bool sketch(const build::IntegratorRequest& request);
-  bool render_reduced(int reduction);
+  bool render_reduced(bool is_sketched, bool only_finishes);
   bool render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
                    int reduction, uint32_t samples, bool is_sketch);
   void show_whole();
@@ -107,6 +107,9 @@ class LiveSession {
   std::unique_ptr<scene::Film> film_;
   SessionResult film_result_;
   bool needs_rendering_ = true, needs_showing_ = false;
+  /// picture_'s integrator has shaded what the camera sees, but for shaders' stages for viewers: samples are only
+  /// finished.
+  bool is_shaded_ = false;
   bool noisy_is_shown_ = false;  ///< film_ as it is now, without denoising
   uint64_t shown_edits_ = 0;
   std::vector<SessionResult> reduced_;  ///< of this picture
@@ -119,7 +122,8 @@ class LiveSession {
   std::shared_ptr<const LiveFrame> frame_;
   std::exception_ptr failure_, failure_before_;  ///< of the scene as it is; before the edits under way
   bool ends_ = false;
-  std::atomic<bool> cancel_{false}, has_news_{false};  ///< has_news_: gains too
+  std::atomic<bool> cancel_{false}, abandon_{false};  ///< abandon_: what is shaded is of no use after the edit
+  std::atomic<bool> has_news_{false};                 ///< gains too
   std::atomic<bool> has_looks_{false};
   std::thread thread_;  ///< last: it uses all of the above
 };

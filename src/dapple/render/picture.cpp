@@ -10,7 +10,6 @@
 #include "dapple/base/timer.h"
 #include "dapple/denoise/error_estimate.h"
 #include "dapple/denoise/weights.h"
-#include "dapple/render/gains.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/camera_matrices.h"
 
@@ -92,7 +91,7 @@ build::IntegratorRequest settled_request(const build::BuiltScene& built, const P
   if (asked.light_groups && !keeps_groups)
     throw UsageError("light groups go with integrators path and distribution, not " + r.type);
   const scene::LightGroups& groups = built.scene->light_groups;
-  check_gains(built.scene.get(), groups.gains, {r, aovs, asked.noise_target});
+  check_gains(groups.gains, {r, aovs, asked.noise_target});
   r.light_groups = asked.light_groups || groups.has_gains() || (asked.mixes && groups.names.size() > 1 && keeps_groups);
   return r;
 }
@@ -156,9 +155,14 @@ scene::Film Picture::make_film() const {
   return film;
 }
 
-bool Picture::keeps_for(const std::vector<RGB>& gains) const {
-  return film_groups_ == int(gains.size()) ||
-         std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); });
+GainReach Picture::reach_of(const std::vector<RGB>& gains) const {
+  const bool all_one = std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); });
+  if (film_groups_ != int(gains.size()) && !all_one) return GainReach::stored;
+  return gains == built_.scene->light_groups.gains ? GainReach::sums : reach_of_gains(*built_.scene, request_.type);
+}
+
+bool Picture::weighs_gains() const {
+  return film_groups_ > 0 && reach_of_gains(*built_.scene, request_.type) == GainReach::sums;
 }
 
 integrate::CacheState Picture::opacity_state() const {

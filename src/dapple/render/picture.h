@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dapple/build/scene_builder.h"
+#include "dapple/render/gains.h"
 #include "dapple/render/output.h"
 #include "dapple/render/render_session.h"
 
@@ -62,8 +63,11 @@ class Picture {
   /// and rules() have a noise target or noisy blocks. Picture and film outlive the session's run.
   void judge(RenderSession& session, const scene::Film& film);
   int film_groups() const { return film_groups_; }
-  /// Whether a film of make_film() can show these gains.
-  bool keeps_for(const std::vector<RGB>& gains) const;
+  /// How far back these gains in place of the scene's change a film of make_film(). Where that keeps no groups:
+  /// `stored`, since light is not stored by them either.
+  GainReach reach_of(const std::vector<RGB>& gains) const;
+  /// Whether that is `sums` for whatever gains.
+  bool weighs_gains() const;
   /// After the camera moved (build::outlasts_camera()), and between films.
   void begin_again() {
     features_.reset(), motion_.reset(), motion_back_.reset();

@@ -22,11 +22,14 @@ scene::Film::Settings reduced(scene::Film::Settings s, int reduction, int light_
 
 }  // namespace
 
-ReducedView::ReducedView(scene::Scene& scene, int reduction, int light_groups)
+ReducedView::ReducedView(scene::Scene& scene, int reduction, int light_groups, Pixels pixels)
     : scene_(scene), camera_(scene.camera), film_(reduced(scene.film, reduction, light_groups)) {
   if (light_groups > 0) film_.set_gains(scene.light_groups.gains);
   scene::Camera::Settings s = camera_.settings();
-  s.resolution = film_.settings().resolution;
+  if (pixels == Pixels::sparse)
+    s.stride = V2i(reduction, reduction);
+  else
+    s.resolution = film_.settings().resolution;
   scene.camera = scene::Camera(s);
 }
 

@@ -9,8 +9,13 @@ namespace dapple::render {
 /// While it lives, a scene's camera has fewer pixels of the same view.
 class ReducedView {
  public:
-  /// Pixels so many times as wide. The film keeps `light_groups` groups (0: none), with the scene's gains.
-  ReducedView(scene::Scene& scene, int reduction, int light_groups);
+  enum class Pixels : uint8_t {
+    wide,    ///< each so many times as wide as those of the whole view
+    sparse,  ///< some of the whole view's, with the same samples
+  };
+  /// `reduction` times fewer pixels a row and column. The film keeps `light_groups` groups (0: none), with the scene's
+  /// gains.
+  ReducedView(scene::Scene& scene, int reduction, int light_groups, Pixels pixels = Pixels::wide);
   ~ReducedView();
   ReducedView(const ReducedView&) = delete;
   ReducedView& operator=(const ReducedView&) = delete;

@@ -35,6 +35,7 @@ class Camera {
     float frame_interval = 0;  ///< s from frame to frame, of which AOV motion tells; 0: as long as the shutter is open
     float time_open = 0, time_close = 1;  ///< the shutter interval in units of the transforms' motion
     V2i resolution{1, 1};                 ///< of the full film
+    V2i stride{0, 0};                     ///< films have one of so many pixels across and down, 0: all (CameraBatch)
     /// Perspective: traced in place of a thin lens; the fov is that of the pinhole with the same picture near the axis.
     std::shared_ptr<const LensSystem> lens_system;
   };

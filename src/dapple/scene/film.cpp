@@ -19,6 +19,20 @@ float kept(float v, uint32_t* dropped) {
   return 0;
 }
 
+// Four groups at a time, which compilers make vectors of.
+RGB weighted_sum(const RGB* sums, std::span<const RGB> gains) {
+  static_assert(sizeof(RGB) == 3 * sizeof(float));
+  constexpr size_t lanes = 12;
+  const float *const s = &sums->r, *const g = &gains.data()->r;
+  const size_t n = 3 * gains.size(), whole = n / lanes * lanes;
+  float all[lanes] = {};
+  for (size_t i = 0; i < whole; i += lanes)
+    for (size_t k = 0; k < lanes; ++k) all[k] += g[i + k] * s[i + k];
+  for (size_t i = whole; i < n; ++i) all[i - whole] += g[i] * s[i];
+  RGB sum;
+  for (size_t k = 0; k < lanes; k += 3) sum += RGB(all[k], all[k + 1], all[k + 2]);
+  return sum;
+}
 }  // namespace
 
 Film::Film(const Settings& settings) : settings_(settings) {
@@ -128,13 +142,7 @@ RGB Film::pixel(int x, int y) const {
   const Pixel& p = pixels_[index(x, y)];
   if (gains_.empty()) return sampled(p);
   if (p.weight == 0) return RGB();
-  const RGB* const sums = &group_sums_[index(x, y) * gains_.size()];
-  double all[3] = {0, 0, 0};
-  for (size_t g = 0; g < gains_.size(); ++g)
-    for (int c = 0; c < 3; ++c) all[c] += double(gains_[g][c]) * double(sums[g][c]);
-  const double inv = 1 / p.weight;
-  const RGB mean(float(all[0] * inv), float(all[1] * inv), float(all[2] * inv));
-  return settings_.white_balance ? (*settings_.white_balance)(mean) : mean;
+  return mean_of(weighted_sum(&group_sums_[index(x, y) * gains_.size()], gains_), p.weight);
 }
 
 RGB Film::sampled(const Pixel& p) const {

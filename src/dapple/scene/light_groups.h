@@ -16,8 +16,8 @@ struct LightGroups {
   /// Group 0 takes lights that name none, and media that glow.
   std::vector<std::string> names{"default"};
   std::vector<uint8_t> of_light;  ///< by light
-  /// Factors on what each group gives the picture; none: 1 of each. Nothing that is sampled, learned or stored knows
-  /// of them: the film applies them to its sums.
+  /// Factors on what each group gives the picture; none: 1 of each. The film applies them to its sums, and light is of
+  /// gains 1 before: only lighting stages of shaders see it with them.
   std::vector<RGB> gains;
 
   bool has_gains() const {
