@@ -89,6 +89,21 @@ TEST(CanopyFactors, SayHowFarTheyAreOff) {
   EXPECT_NEAR(CanopyFactors(noisy(200000, turned)).error(), 0.3, 0.05);
 }
 
+// Rationale: one leaf on a hill far away must not make one height and one place of all others, which would hide how
+// much these differ. Expectation: factors and error as without it.
+TEST(CanopyFactors, SingleLeavesFarAwayDoNotCount) {
+  auto lopsided = noisy(200000, [](const CanopyEvidence& e) { return e.P.x < 5 ? 1.3f : 0.7f; });
+  auto high = noisy(200000, [](const CanopyEvidence& e) { return 0.2f + 0.16f * e.P.z; });
+  for (auto* evidence : {&lopsided, &high}) {
+    evidence->push_back(evidence->front());
+    evidence->back().P = V3f(2000, -3000, 300);
+  }
+  EXPECT_NEAR(CanopyFactors(lopsided).error(), 0.3, 0.05);
+  const CanopyFactors f(high);
+  EXPECT_NEAR(f.at(1, V3f(1, 0, 0)).g, 0.36, 0.06);
+  EXPECT_NEAR(f.at(9, V3f(1, 0, 0)).g, 1.64, 0.12);
+}
+
 // A flat stand, and one of a single leaf.
 TEST(CanopyFactors, StandWithoutExtent) {
   auto flat = noisy(1000, [](const CanopyEvidence&) { return 2.0f; });

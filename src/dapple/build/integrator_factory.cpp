@@ -205,23 +205,25 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   const integrate::RadiosityAnswers* const answers = made->answers();
   if (!answers) {
     if (r.leaf_answers.value_or(false))
-      log_warning("canopy answers: they are for paths, and surfaces are shaded on grids here (--visible-points)");
+      log_warning("canopy answers: surfaces are shaded on grids here, and only paths end in leaves");
     return made;
   }
   path::PathIntegrator::Settings p = path_settings(s);
   auto alone = std::make_unique<path::PathIntegrator>(scene, p);
-  const auto without_cells = [&]() -> std::unique_ptr<const integrate::Integrator> {
-    path::PathIntegrator::Settings ends = path_settings(s);
-    ends.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
-    if (!ends.leaf_answers) return std::move(alone);
-    return std::make_unique<path::PathIntegrator>(scene, ends);
+  const auto ended_in_leaves = [&] {
+    path::PathIntegrator::Settings ended = path_settings(s);
+    ended.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
+    return ended.leaf_answers ? std::make_unique<path::PathIntegrator>(scene, ended) : std::move(alone);
   };
-  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return without_cells();
+  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return ended_in_leaves();
+  const bool ends = r.leaf_answers.value_or(false);
+  if (ends) alone = ended_in_leaves();
+  p.leaf_answers = alone->leaf_answers();
   p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
-  if (r.leaf_answers.value_or(false)) p.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
   auto cached = std::make_unique<path::PathIntegrator>(scene, p);
   if (asked.radiosity_cache || takes_noise_away(scene, *cached, *alone, samples, stop)) return cached;
-  return without_cells();
+  if (ends) return alone;
+  return ended_in_leaves();
 }
 
 }  // namespace dapple::build

@@ -14,7 +14,7 @@ std::shared_ptr<const vegetation::CanopyTransport> solve_canopy(const scene::Sce
 /// answers stand for. `pixel_samples`: that will be taken. Null, unless the request asks for it, where diffuse rays
 /// meet few leaves, where the image is too small to pay for it, and where the paths say that the image would be off by
 /// more than LeafNumbers::most_error. Null too, with a warning if it is asked for, where there is no canopy, or where
-/// lights stand in the scene. May throw Stopped.
+/// lights stand in the scene or are in groups. May throw Stopped.
 std::shared_ptr<const vegetation::CanopyTransport> make_leaf_answers(const scene::Scene& scene,
                                                                      const IntegratorRequest& request,
                                                                      const path::PathIntegrator& paths,

@@ -13,6 +13,8 @@ struct LeafNumbers {
   static constexpr double least_answered = 0.125;
   /// Camera samples that take about as long as setting up.
   static constexpr double least_samples = 1 << 20;
+  /// Materials that are counted apart: many take long to solve.
+  static constexpr size_t most_materials = 128;
   /// Of the camera samples, how many paths look at leaves, and how many at most.
   static constexpr double looking = 1.0 / 64;
   static constexpr int most_looking = 1 << 16;

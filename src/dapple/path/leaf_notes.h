@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -40,12 +41,21 @@ class LeafNotes {
     state_[p] = State::beyond;
     before_[p] = so_far;
   }
-  /// The paths have brought L.
-  void finish(const RGB* L) {
+  /// The paths have brought L, and what they bring from now on has nothing to do with the leaves noted.
+  void close(const RGB* L) {
     for (int p = 0; p < path_count_; ++p) {
-      if (state_[p] == State::beyond) notes[number_[p]].scattered = L[p] - before_[p];
-      light += double(L[p].luminance());
+      if (state_[p] == State::before) continue;
+      LeafNote& n = notes[number_[p]];
+      if (state_[p] == State::beyond) n.scattered = L[p] - before_[p];
+      if (!is_kept(L[p])) n.front = n.behind = n.scattered = RGB();
+      state_[p] = State::before;
     }
+  }
+  /// The same at their end.
+  void finish(const RGB* L) {
+    close(L);
+    for (int p = 0; p < path_count_; ++p)
+      if (is_kept(L[p])) light += double(L[p].luminance());
   }
 
   std::vector<LeafNote> notes;
@@ -53,6 +63,9 @@ class LeafNotes {
 
  private:
   enum class State : uint8_t { before, at_leaf, beyond };
+
+  /// By scene::Film.
+  static bool is_kept(const RGB& L) { return L.is_finite() && std::min({L.r, L.g, L.b}) >= 0; }
 
   const std::vector<uint8_t>& is_leaf_;
   int path_count_ = 0;

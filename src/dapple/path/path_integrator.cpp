@@ -170,6 +170,7 @@ void PathIntegrator::trace_paths(uint32_t first_step, PathWorkspace& w) const {
 }
 
 void PathIntegrator::trace_straight_flights(PathWorkspace& w) const {
+  if (w.leaf_notes) w.leaf_notes->close(w.L);
   flights_.restart(w);
   if (w.flight_count == 0) return;
   const bool wanted_features = std::exchange(w.wants_features, false);  // these are of what camera rays met
@@ -215,7 +216,8 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
       continue;
     }
     if (w.last[p]) continue;
-    if (ends_in_leaf(k, w)) {
+    if (settings_.leaf_answers && may_end_in_leaf(k, w) &&
+        settings_.leaf_answers->is_leaf(w.point_geometry[k], w.surface[k].P)) {
       end_in_canopy(k, *settings_.leaf_answers, w);
       continue;
     }
@@ -371,25 +373,22 @@ void PathIntegrator::end_in_canopy(int k, const CanopyTransport& canopy, PathWor
   light_.light_end(k, 1 / share, w);
 }
 
-bool PathIntegrator::ends_in_leaf(int k, const PathWorkspace& w) const {
+// If it is one, all that it sends is diffuse: what a coat mirrors of lights would be lost.
+bool PathIntegrator::may_end_in_leaf(int k, const PathWorkspace& w) {
   const int p = w.point_path[k];
-  return settings_.leaf_answers && w.diffuse_depth[p] > 0 && !w.walk[p].inside() &&
-         settings_.leaf_answers->is_leaf(w.point_geometry[k], w.surface[k].P);
+  return !w.last[p] && w.diffuse_depth[p] > 0 && !w.walk[p].inside() && w.bsdf[k].is_diffuse();
 }
 
 void PathIntegrator::note_leaf(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   w.leaf_notes->arrive(p, w.L[p]);
+  if (!may_end_in_leaf(k, w) || !w.leaf_notes->wants(p, w.point_geometry[k])) return;
   const Bsdf& bsdf = w.bsdf[k];
-  if (w.last[p] || w.diffuse_depth[p] == 0 || w.walk[p].inside() || bsdf.is_delta() ||
-      !w.leaf_notes->wants(p, w.point_geometry[k]))
-    return;
-  const RGB all = bsdf.albedo() * inv_pi;
   w.leaf_notes->note(p, {.geometry = w.point_geometry[k],
                          .P = w.surface[k].P,
                          .n = bsdf.normal_towards(-w.wi[k]),
-                         .front = w.beta[p] * (bsdf.is_diffuse() ? bsdf.reflectance * inv_pi : all),
-                         .behind = bsdf.is_diffuse() ? w.beta[p] * bsdf.transmittance * inv_pi : RGB(),
+                         .front = w.beta[p] * bsdf.reflectance * inv_pi,
+                         .behind = w.beta[p] * bsdf.transmittance * inv_pi,
                          .scattered = RGB()});
 }
 

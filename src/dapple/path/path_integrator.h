@@ -31,7 +31,8 @@ class PathIntegrator final : public integrate::Integrator {
     /// the ray hits that looks for lights after it. Null: there is none.
     std::shared_ptr<const vegetation::CanopyTransport> canopy;
     bool canopy_gather = true;
-    /// Where rays that left diffusely meet leaves, they end in this canopy's solution. Null: they go on.
+    /// Paths that were scattered diffusely end in this canopy's solution where they meet diffuse leaves. Null: they go
+    /// on.
     std::shared_ptr<const vegetation::CanopyTransport> leaf_answers;
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
     std::shared_ptr<const forest::GroundVisibility>
@@ -60,7 +61,7 @@ class PathIntegrator final : public integrate::Integrator {
   std::vector<integrate::CacheState> caches() const override;
   bool tells_direct() const override { return true; }
   bool samples_are_independent() const override { return !ends_in_cache(); }
-  bool ends_in_leaves() const { return settings_.leaf_answers != nullptr; }
+  const std::shared_ptr<const vegetation::CanopyTransport>& leaf_answers() const { return settings_.leaf_answers; }
   integrate::ShaftTables shaft_tables() const override { return flights_.tables(); }
   bool ends_in_cache() const { return bool(ends_); }
   /// What the paths of Settings::learning_paths have learned; null: nothing.
@@ -103,7 +104,7 @@ class PathIntegrator final : public integrate::Integrator {
   bool gathers() const { return settings_.canopy && settings_.canopy_gather; }
   void add_canopy_light(int point, const vegetation::CanopyTransport& canopy, PathWorkspace& w) const;
   void end_in_canopy(int point, const vegetation::CanopyTransport& canopy, PathWorkspace& w) const;
-  bool ends_in_leaf(int point, const PathWorkspace& w) const;
+  static bool may_end_in_leaf(int point, const PathWorkspace& w);
   void note_leaf(int point, PathWorkspace& w) const;
   void scatter_in_medium(int point, PathWorkspace& w) const;
   bool end_or_go_on(int point, scattering::Lobe lobe, PathWorkspace& w) const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace dapple::vegetation {
 namespace {
@@ -15,20 +16,20 @@ struct Ratio {
   double value() const { return known() ? found / told : 1; }
 };
 
-/// Ratios of classes of the evidence, by channel: class_of(e) from 0 to count - 1. Their variances are as if what
-/// single paths find varied as much in all classes: in one where few paths found anything they would tell too little.
-template <class ClassOf, class Told>
-std::vector<Ratio> ratios(std::span<const CanopyEvidence> evidence, int count, int channel, const ClassOf& class_of,
-                          const Told& told) {
+/// Ratios of classes of the evidence, by channel; `classes`: of each, from 0 to count - 1. Their variances are as if
+/// what single paths find varied as much in all classes: in one where few paths found anything they would tell too
+/// little.
+std::vector<Ratio> ratios(std::span<const CanopyEvidence> evidence, std::span<const int> classes, int count,
+                          int channel) {
   std::vector<Ratio> all(static_cast<size_t>(count));
   Ratio whole;
   double squares = 0;
-  for (const CanopyEvidence& e : evidence) {
-    const double t = double(told(e)[channel]), f = double(e.found[channel]);
-    for (Ratio* r : {&all[size_t(class_of(e))], &whole}) r->told += t, r->found += f, r->variance += t * t;
+  for (size_t i = 0; i < evidence.size(); ++i) {
+    const double told = double(evidence[i].told[channel]), found = double(evidence[i].found[channel]);
+    for (Ratio* r : {&all[size_t(classes[i])], &whole}) r->told += told, r->found += found, r->variance += told * told;
   }
   for (const CanopyEvidence& e : evidence) {
-    const double off = double(e.found[channel]) - whole.value() * double(told(e)[channel]);
+    const double off = double(e.found[channel]) - whole.value() * double(e.told[channel]);
     squares += off * off;
   }
   const double of_one = whole.variance > 0 ? squares / whole.variance : 0;
@@ -67,28 +68,58 @@ std::vector<double> shrunk(std::span<const Ratio> all, double middle) {
   return values;
 }
 
+constexpr int side = 4, quarters = 4, places = side * side * quarters;
+
+/// By place, and by which way leaves look: what is told knows nothing of either. Places are strips along y that are
+/// told the same, cut across into parts that are, so that single leaves far away do not make one place of all others.
+std::vector<int> places_of(std::span<const CanopyEvidence> evidence) {
+  std::vector<size_t> order(evidence.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  std::vector<int> place(evidence.size(), 0);
+  const auto cut = [&](size_t begin, size_t end, int axis, int scale) {
+    std::stable_sort(order.begin() + std::ptrdiff_t(begin), order.begin() + std::ptrdiff_t(end),
+                     [&](size_t a, size_t b) { return evidence[a].P[axis] < evidence[b].P[axis]; });
+    double all = 0, sum = 0;
+    for (size_t i = begin; i < end; ++i) all += double(evidence[order[i]].told.g);
+    for (size_t i = begin; i < end; ++i) {
+      place[order[i]] += scale * std::min(all > 0 ? int(side * sum / all) : 0, side - 1);
+      sum += double(evidence[order[i]].told.g);
+    }
+  };
+  cut(0, order.size(), 0, side);
+  for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    const int strip = place[order[begin]];
+    for (end = begin; end < order.size() && place[order[end]] == strip; ++end) {
+    }
+    cut(begin, end, 1, 1);
+  }
+  for (size_t i = 0; i < place.size(); ++i)
+    place[i] = place[i] * quarters + (evidence[i].n.x > 0 ? 1 : 0) + (evidence[i].n.y > 0 ? 2 : 0);
+  return place;
+}
+
 }  // namespace
 
 CanopyFactors::CanopyFactors(std::span<const CanopyEvidence> evidence) {
   if (evidence.empty()) return;
-  float highest = -infinity;
-  lowest_ = infinity;
-  for (const CanopyEvidence& e : evidence) {
-    lowest_ = std::min(lowest_, e.P.z);
-    highest = std::max(highest, e.P.z);
-  }
-  per_metre_ = highest > lowest_ ? float(heights - 1) / (highest - lowest_) : 0;
+  // A few leaves far above or below all others count with the highest and the lowest of these.
+  std::vector<float> z;
+  for (const CanopyEvidence& e : evidence) z.push_back(e.P.z);
+  std::sort(z.begin(), z.end());
+  const size_t few = z.size() / 100;
+  lowest_ = z[few];
+  const float height = z[z.size() - 1 - few] - lowest_;
+  per_metre_ = height > 0 ? float(heights - 1) / height : 0;
   knots_.assign(size_t(heights * directions), RGB(1));
-  const auto told = [](const CanopyEvidence& e) { return e.told; };
+  std::vector<int> one(evidence.size(), 0), direction, knot;
+  for (const CanopyEvidence& e : evidence) {
+    knot.push_back(knot_of(e));
+    direction.push_back(knot.back() % directions);
+  }
   for (int c = 0; c < 3; ++c) {
-    const Ratio all = ratios(
-        evidence, 1, c, [](const CanopyEvidence&) { return 0; }, told)[0];
-    const std::vector<double> by_direction =
-        shrunk(ratios(
-                   evidence, directions, c, [&](const CanopyEvidence& e) { return knot_of(e) % directions; }, told),
-               all.value());
-    const std::vector<Ratio> fine = ratios(
-        evidence, heights * directions, c, [&](const CanopyEvidence& e) { return knot_of(e); }, told);
+    const Ratio all = ratios(evidence, one, 1, c)[0];
+    const std::vector<double> by_direction = shrunk(ratios(evidence, direction, directions, c), all.value());
+    const std::vector<Ratio> fine = ratios(evidence, knot, heights * directions, c);
     for (int d = 0; d < directions; ++d) {
       std::vector<Ratio> column;
       for (int h = 0; h < heights; ++h) column.push_back(fine[size_t(h * directions + d)]);
@@ -100,34 +131,22 @@ CanopyFactors::CanopyFactors(std::span<const CanopyEvidence> evidence) {
 }
 
 int CanopyFactors::knot_of(const CanopyEvidence& e) const {
-  const int height = std::clamp(int(std::lround((e.P.z - lowest_) * per_metre_)), 0, heights - 1);
-  return height * directions + std::clamp(int(std::lround(e.n.z)) + 1, 0, directions - 1);
+  const float height = std::clamp((e.P.z - lowest_) * per_metre_, 0.0f, float(heights - 1));
+  return int(std::lround(height)) * directions + std::clamp(int(std::lround(e.n.z)) + 1, 0, directions - 1);
 }
 
-// Places are squares of the evidence's extent, and which way leaves look: what is told knows nothing of either.
 void CanopyFactors::estimate_error(std::span<const CanopyEvidence> evidence) {
-  constexpr int side = 4, quarters = 4, places = side * side * quarters;
-  Box2f box;
-  for (const CanopyEvidence& e : evidence) box.extendBy(V2f(e.P.x, e.P.y));
-  const auto place = [&](const CanopyEvidence& e) {
-    const V2f size = box.max - box.min;
-    const auto cell = [&](float at, float first, float length) {
-      return length > 0 ? std::min(int((at - first) / length * side), side - 1) : 0;
-    };
-    const int quarter = (e.n.x > 0 ? 1 : 0) + (e.n.y > 0 ? 2 : 0);
-    return (cell(e.P.x, box.min.x, size.x) * side + cell(e.P.y, box.min.y, size.y)) * quarters + quarter;
-  };
   // Of luminance, in one channel.
   std::vector<CanopyEvidence> grey(evidence.begin(), evidence.end());
   for (CanopyEvidence& e : grey) {
     e.told = RGB((e.told * at(e.P.z, e.n)).luminance());
     e.found = RGB(e.found.luminance());
   }
-  const std::vector<Ratio> all = ratios(grey, places, 0, place, [](const CanopyEvidence& e) { return e.told; });
+  const std::vector<Ratio> all = ratios(grey, places_of(grey), places, 0);
   double told = 0, found = 0, mean = 0;
   for (const Ratio& r : all) told += r.told, found += r.found;
   if (!(told > 0)) {
-    error_ = found > 0 ? infinity : 0;
+    error_ = found == 0 ? 0 : infinity;
     return;
   }
   for (const Ratio& r : all) mean += r.told / told * (r.told / told) * r.variance;

@@ -20,7 +20,8 @@ struct CanopyEvidence {
 /// What a canopy's solution, which knows height and normal alone, is to be multiplied by, so that it agrees in the mean
 /// with paths through the leaves themselves: by height, by how far the leaf's side looks up or down, and by channel.
 /// Estimates of few paths lean on those of the whole height, and these on those of all directions, as far as they
-/// differ by no more than chance (DerSimonian and Laird 1986, "Meta-analysis in clinical trials").
+/// differ by no more than chance, whose part is a moment estimate after DerSimonian and Laird 1986 ("Meta-analysis in
+/// clinical trials").
 class CanopyFactors {
  public:
   /// 1 everywhere.

@@ -184,8 +184,11 @@ struct CanopyTransport::Solution {
   }
 };
 
-CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& settings) {
-  const std::vector<SurfaceOptics> optics = optics_of_geometries(scene);
+CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& settings)
+    : CanopyTransport(scene, settings, optics_of_geometries(scene)) {}
+
+CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& settings,
+                                 const std::vector<SurfaceOptics>& optics) {
   extent_ = vegetation_extent(scene, optics, settings.effort);
   if (extent_.isEmpty()) throw std::invalid_argument("no surface of the scene transmits light diffusely, as leaves do");
   const Box3f bounds = scene.traced.bounds();
@@ -195,15 +198,18 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
   if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
   const CanopySurvey survey = sample_canopy(
       scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials, settings.effort});
+  settings.stop.check();
   is_ground_ = survey.is_ground;
   is_leaf_ = leaf_geometries(optics);
   clumping_ = measure_clumping_profile(scene, survey, settings.gap_rays);
+  settings.stop.check();
   const Canopy canopy = canopy_of(survey, clumping_);
   if (canopy.constituents.empty()) throw std::invalid_argument("no leaf lies over the plot");
   forest::SolverOptions options;
   options.nodes = forest::PolarNodes::gauss(settings.nodes);
   options.modes = settings.modes;
   Solution solution(canopy, options, survey.areas.frame().edges_m);
+  settings.stop.check();
   solution.add_lights(scene, V3f(0.5f * (plot.min.x + plot.max.x), 0.5f * (plot.min.y + plot.max.y), bounds.max.z));
   combine(survey, solution);
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "dapple/base/stop_token.h"
 #include "dapple/forest/irradiance_table.h"
 #include "dapple/scene/scene.h"
 #include "dapple/vegetation/canopy_factors.h"
@@ -33,11 +34,14 @@ class CanopyTransport {
     uint32_t gap_rays = 2048;               ///< for clumping; a direction and slab
     std::vector<int32_t> ground_materials;  ///< as CanopySurveyOptions
     SurveyEffort effort = {};
+    StopToken stop = {};  ///< asked between the steps of the construction, which throws Stopped then
   };
   using Sides = forest::IrradianceTable::Sides;
 
   /// The scene is not used after construction. std::invalid_argument where there is no canopy.
   CanopyTransport(const scene::Scene& scene, const Settings& settings);
+  /// The same where optics_of_geometries() are known.
+  CanopyTransport(const scene::Scene& scene, const Settings& settings, const std::vector<SurfaceOptics>& optics);
 
   /// What scattered() is multiplied by from now on.
   void set_factors(CanopyFactors factors) { factors_ = std::move(factors); }
