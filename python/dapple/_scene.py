@@ -72,7 +72,7 @@ class Item:
         declaration = _declaration(name, value, found[0] if found else None)
         if declaration.split()[0] == "bool" and declaration.split()[-1] in _FLAGS:
             value = bool(value)
-        self._change({declaration: value})
+        self._scene.edit(self._target, self._name, {declaration: value})
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -95,24 +95,7 @@ class Item:
         for name, value in params.items():
             found = self._scene.parameter(self._target, self._name, name) if self._target != "object" else None
             declared[_declaration(name, value, found[0] if found else None)] = value
-        self._change(declared)
-
-    def _change(self, declared: dict[str, Any]) -> None:
-        """A whole number may stand for a float, of which the scene has said nothing yet."""
-        try:
-            self._scene.edit(self._target, self._name, declared)
-        except SceneError:
-            floats = {key.replace("integer ", "float ", 1) if key.startswith("integer ") else key: value
-                      for key, value in declared.items()}
-            if floats == declared:
-                raise
-            try:
-                self._scene.edit(self._target, self._name, floats)
-            except SceneError:
-                pass
-            else:
-                return
-            raise
+        self._scene.edit(self._target, self._name, declared)
 
     def place(self, matrix: ArrayLike) -> None:
         """Puts it where the 4 x 4 matrix takes its own space to."""
