@@ -373,7 +373,7 @@ void PathIntegrator::end_in_canopy(int k, const CanopyTransport& canopy, PathWor
   light_.light_end(k, 1 / share, w);
 }
 
-// If it is one, all that it sends is diffuse: what a coat mirrors of lights would be lost.
+// Diffuse leaves alone: shadow rays light the ends of paths, and do not find what a coat mirrors.
 bool PathIntegrator::may_end_in_leaf(int k, const PathWorkspace& w) {
   const int p = w.point_path[k];
   return !w.last[p] && w.diffuse_depth[p] > 0 && !w.walk[p].inside() && w.bsdf[k].is_diffuse();

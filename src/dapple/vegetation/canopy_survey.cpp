@@ -74,10 +74,7 @@ struct Inventory {
   }
 
   int32_t material(uint32_t geometry) const { return scene.bindings[geometry].material; }
-  bool transmits(uint32_t geometry) const {
-    const auto& t = optics[geometry].transmittance;
-    return t[0] + t[1] + t[2] > 0;
-  }
+  bool transmits(uint32_t geometry) const { return optics[geometry].transmits(); }
   Box3f world_box(const Placed& p) const {
     const Box3f& box = boxes[p.geometry];
     if (p.instance == no_id) return box;
@@ -276,8 +273,7 @@ std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene) {
 
 std::vector<uint8_t> leaf_geometries(const std::vector<SurfaceOptics>& optics) {
   std::vector<uint8_t> leaves;
-  for (const SurfaceOptics& o : optics)
-    leaves.push_back(std::any_of(o.transmittance.begin(), o.transmittance.end(), [](double t) { return t > 0; }));
+  for (const SurfaceOptics& o : optics) leaves.push_back(o.transmits());
   return leaves;
 }
 

@@ -13,6 +13,8 @@ namespace dapple::vegetation {
 struct SurfaceOptics {
   std::array<double, 3> reflectance{}, transmittance{};  ///< of specular kinds: Bsdf::albedo(), all of it reflected
   double opaque = 1;                                     ///< part of the area that is not cut out
+
+  bool transmits() const { return transmittance[0] + transmittance[1] + transmittance[2] > 0; }
 };
 /// Exact where the material is the same everywhere; else from 4096 points spread over the area.
 SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry);
