@@ -83,6 +83,33 @@ TEST(ImageBuilder, NeighboursShareNoSample) {
   }
 }
 
+std::vector<Fragment> fragments_of(const std::vector<Triangle>& triangles, int texels) {
+  return images_of(triangles, {V3f(0, 0, 1)}, texels).levels[0].views[0].fragments;
+}
+
+// Rationale: what lights a fragment is asked for at one point, which must lie on what is seen. Expectation: two leaves
+// side by side, one a fifth of a texel lower, stay two; a steep plane of many facets, which is half a texel higher from
+// one side of the texel to the other, is one.
+TEST(ImageBuilder, FragmentsLieOnTheirSurfaces) {
+  constexpr int texels = 2;  // 1 wide
+  const V3f a(0.24f, 0, 0), b(0, 0.24f, 0);
+  std::vector<Triangle> leaves;
+  add_square(V3f(0.25f, 0.5f, 0.1f), a, b, &leaves);
+  add_square(V3f(0.75f, 0.5f, -0.1f), a, b, &leaves);
+  const std::vector<Fragment> two = fragments_of(leaves, texels);
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_NEAR(float(two[1].depth - two[0].depth) * 2 / 65535, 0.2f, 1e-3f);
+
+  std::vector<Triangle> slope;
+  for (int k = 0; k < 8; ++k) {
+    const float x = (float(k) + 0.5f) / 8;
+    add_square(V3f(x, 0.5f, 0.5f * x), V3f(0.0625f, 0, 0.03125f), V3f(0, 0.5f, 0), &slope);
+  }
+  const std::vector<Fragment> one = fragments_of(slope, texels);
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(std::popcount(one[0].mask), SampleMask::count);
+}
+
 // Rationale: a fragment is drawn where its samples are. Expectation: an image seen by its own camera, a pixel a texel,
 // gives every sub-sample the first fragment that has it, and nothing else.
 TEST(Splats, ImageInItsOwnCameraIsItself) {

@@ -45,6 +45,7 @@ struct Group {
   unsigned mask = 0;
   float heights = 0;  // sum over samples
   V3f normals{0, 0, 0}, first_normal{0, 0, 0};
+  ImageBuilder::Piece first{};
   uint8_t material = 0;
   ImageBuilder::Piece largest{};
 
@@ -52,7 +53,7 @@ struct Group {
   float height() const { return heights / float(samples()); }
   void add(const ImageBuilder::Piece& piece, const V3f& n) {
     const float count = float(std::popcount(unsigned(piece.mask)));
-    if (mask == 0) first_normal = n;
+    if (mask == 0) first_normal = n, first = piece;
     if (std::popcount(unsigned(piece.mask)) > std::popcount(unsigned(largest.mask))) largest = piece;
     mask |= piece.mask;
     heights += piece.height * count;
@@ -138,6 +139,13 @@ V3f ImageBuilder::weights(const V3f corners[3], const V2f& place) const {
   return {1 - w1 - w2, w1, w2};
 }
 
+// Whether the way from one piece to another of the same texel stays on the first one's surface, which may be bent.
+bool ImageBuilder::continues(const Piece& from, const V3f& n, const Piece& to) const {
+  const V2f across = (SampleMask::centroid(to.mask) - SampleMask::centroid(from.mask)) * texel_;
+  const V3f way = frame_.u * across.x + frame_.v * across.y + frame_.w * (to.height - from.height);
+  return std::abs(dot(n, way)) <= ImageNumbers::merge_sine * length(way);
+}
+
 ImageBuilder::Folded ImageBuilder::fold(int layers, const std::function<V3f(uint32_t)>& normal,
                                         const std::function<uint8_t(uint32_t)>& material) {
   std::erase_if(pieces_, [](const Piece& p) { return p.mask == 0; });
@@ -158,8 +166,8 @@ ImageBuilder::Folded ImageBuilder::fold(int layers, const std::function<V3f(uint
       const auto newest = groups.rbegin(), oldest = newest + std::min<std::ptrdiff_t>(looked_back, std::ssize(groups));
       const auto like = std::find_if(newest, oldest, [&](const Group& g) {
         return g.material == m && !(g.mask & piece.mask) &&
-               std::abs(g.height() - piece.height) <= ImageNumbers::merge_depth * texel_ &&
-               std::abs(dot(g.first_normal, n)) >= ImageNumbers::merge_cosine;
+               std::abs(dot(g.first_normal, n)) >= ImageNumbers::merge_cosine &&
+               continues(g.first, g.first_normal, piece);
       });
       Group& group = like != oldest ? *like : groups.emplace_back();
       group.material = m;

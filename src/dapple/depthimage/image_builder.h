@@ -45,6 +45,7 @@ class ImageBuilder {
 
  private:
   V3f to_samples(const V3f& p) const;
+  bool continues(const Piece& from, const V3f& n, const Piece& to) const;
 
   const ViewFrame frame_;
   const V3f centre_;

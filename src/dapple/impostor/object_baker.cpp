@@ -24,7 +24,7 @@ using trace::no_id;
 namespace {
 
 constexpr float time = scene::PatchTable::dicing_time;
-constexpr uint64_t version = 2;             // of what a key stands for
+constexpr uint64_t version = 3;             // of what a key stands for
 constexpr float hexagon_radius = 1.09964f;  // of a disk's area 1 pi: sqrt(2 pi / (3 sqrt 3))
 constexpr int batch = 16;                   // points that opacity is asked for at a time
 
