@@ -205,17 +205,16 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
       pass_through(k, w);
       continue;
     }
-    if (pass_sheet(k, w)) continue;
+    if (materials_.is_sheet(w.point_geometry[k]) && pass_sheet(k, w)) continue;
     const int p = w.point_path[k];
     if (w.coat_alone[k]) w.bsdf[k].keep_coat(-w.wi[k]);
-    w.region[k] = {};
-    if (learned_) w.region[k] = learned_->region(PathLight::receiver_at(k, true, w), w.vertex_key(p, 0));
     if (w.leaf_notes) note_leaf(k, w);
-    if (w.last[p] && gathers()) {
+    if (w.last[p] && !gathers()) continue;
+    set_receiver(k, w);
+    if (w.last[p]) {
       end_in_canopy(k, *settings_.canopy, w);
       continue;
     }
-    if (w.last[p]) continue;
     if (settings_.leaf_answers && may_end_in_leaf(k, w) &&
         settings_.leaf_answers->is_leaf(w.point_geometry[k], w.surface[k].P)) {
       end_in_canopy(k, *settings_.leaf_answers, w);
@@ -230,6 +229,19 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
   for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
   w.swap_rays();
   light_.trace_shadows(w);
+}
+
+// Of light samples at point k, and of the ray by which its path goes on.
+void PathIntegrator::set_receiver(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  emitters::LightReceiver& receiver = w.receiver[p];
+  receiver.transmits = bsdf.has_transmission();
+  receiver.p = w.surface[k].P;
+  receiver.n = bsdf.normal_towards(-w.wi[k]);
+  receiver.time = w.time[p];
+  receiver.shared = true;
+  receiver.region = learned_ ? learned_->region(receiver, w.vertex_key(p, 0)) : emitters::LightRegion();
 }
 
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.
@@ -340,7 +352,6 @@ void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
 // Straight through a clear sheet, as if it were not there, so that the path keeps the density and the receiver of its
 // last scattering: shadow rays have gone the same way. False if it is scattered here.
 bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
-  if (!materials_.is_sheet(w.point_geometry[k])) return false;
   const float through = scattering::straight_transmittance(w.bsdf[k], -w.wi[k]);
   if (through == 0) return false;
   if (w.sample(PathWorkspace::dim_lobe, k) < 1 - through) {
@@ -457,7 +468,6 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
   if (!end_or_go_on(k, sample.lobe, w)) return;
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
-  w.receiver[p] = PathLight::receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   ends_.note_ray(p, diffuse && !w.last[p] && w.medium[p] == scene::vacuum, w);
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
@@ -487,7 +497,6 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
     if (diffused && smooth) light_.find_delta_light(k, sample.wi, w);
     if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
     w.bsdf_pdf[p] = sample.pdf;
-    w.receiver[p] = PathLight::receiver_at(k, true, w);
     if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
     ++(diffused ? w.rays.diffuse : w.rays.specular);
   }

@@ -31,9 +31,6 @@ class PathLight {
   /// Adds the light of all that were drawn in this step.
   void trace_shadows(PathWorkspace& w) const;
 
-  /// `shared`: the path's next ray looks for lights, too.
-  static emitters::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w);
-
  private:
   template <class Evaluate>
   void connect(int point, const emitters::LightReceiver& receiver, const geom::SurfacePoint* surface,
