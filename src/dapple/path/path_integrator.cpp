@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "dapple/base/parallel.h"
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/media/medium.h"
@@ -12,6 +11,7 @@
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
 #include "dapple/path/path_workspace.h"
+#include "dapple/path/spread_paths.h"
 #include "dapple/scattering/sheet.h"
 #include "dapple/shading/stages.h"
 #include "dapple/vegetation/mask_scene.h"
@@ -72,37 +72,27 @@ void PathIntegrator::learn() {
 }
 
 std::vector<light::LightPoint> PathIntegrator::find_light_points() const {
-  constexpr size_t batch = PathWorkspace::capacity;
+  LearningPoints points(spread_batches(settings_.learning_paths));
   const uint64_t seed = hash(settings_.seed, for_learning);
-  LearningPoints points((size_t(settings_.learning_paths) + batch - 1) / batch);
-  parallel_for(points.batches(), [&](size_t i) {
-    settings_.stop.check();
-    const auto w = std::make_unique<PathWorkspace>();
-    ends_.prepare(*w);
-    w->points_found = points.of_batch(i);
-    w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
-    trace_camera_rays(*w);
+  follow_spread_paths(scene_, ends_, points.batches(), seed, settings_.stop, [&](size_t i, PathWorkspace& w) {
+    w.points_found = points.of_batch(i);
+    trace_camera_rays(w);
   });
   return points.thinned();
 }
 
 PathIntegrator::SeenLeaves PathIntegrator::look_at_leaves(int paths, const std::vector<uint8_t>& is_leaf,
                                                           StopToken stop) const {
-  constexpr size_t batch = PathWorkspace::capacity;
+  std::vector<LeafNotes> of_batch(spread_batches(paths), LeafNotes(is_leaf));
   const uint64_t seed = hash(settings_.seed, for_leaves);
-  std::vector<LeafNotes> of_batch((size_t(paths) + batch - 1) / batch, LeafNotes(is_leaf));
-  parallel_for(of_batch.size(), [&](size_t i) {
-    stop.check();
-    const auto w = std::make_unique<PathWorkspace>();
-    ends_.prepare(*w);
-    w->leaf_notes = &of_batch[i];
-    w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
-    w->leaf_notes->start(w->camera.count);
-    trace_camera_rays(*w);
-    w->leaf_notes->finish(w->L);
+  follow_spread_paths(scene_, ends_, of_batch.size(), seed, stop, [&](size_t i, PathWorkspace& w) {
+    w.leaf_notes = &of_batch[i];
+    w.leaf_notes->start(w.camera.count);
+    trace_camera_rays(w);
+    w.leaf_notes->finish(w.L);
   });
   SeenLeaves seen;
-  seen.paths = int(of_batch.size() * batch);
+  seen.paths = int(of_batch.size()) * PathWorkspace::capacity;
   for (const LeafNotes& n : of_batch) {
     seen.notes.insert(seen.notes.end(), n.notes.begin(), n.notes.end());
     seen.light += n.light;
@@ -210,7 +200,7 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
     if (w.coat_alone[k]) w.bsdf[k].keep_coat(-w.wi[k]);
     if (w.leaf_notes) note_leaf(k, w);
     if (w.last[p] && !gathers()) continue;
-    set_receiver(k, w);
+    PathLight::set_receiver(k, learned_.get(), w);
     if (w.last[p]) {
       end_in_canopy(k, *settings_.canopy, w);
       continue;
@@ -229,19 +219,6 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
   for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
   w.swap_rays();
   light_.trace_shadows(w);
-}
-
-// Of light samples at point k, and of the ray by which its path goes on.
-void PathIntegrator::set_receiver(int k, PathWorkspace& w) const {
-  const Bsdf& bsdf = w.bsdf[k];
-  const int p = w.point_path[k];
-  emitters::LightReceiver& receiver = w.receiver[p];
-  receiver.transmits = bsdf.has_transmission();
-  receiver.p = w.surface[k].P;
-  receiver.n = bsdf.normal_towards(-w.wi[k]);
-  receiver.time = w.time[p];
-  receiver.shared = true;
-  receiver.region = learned_ ? learned_->region(receiver, w.vertex_key(p, 0)) : emitters::LightRegion();
 }
 
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.

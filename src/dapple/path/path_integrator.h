@@ -92,7 +92,6 @@ class PathIntegrator final : public integrate::Integrator {
   void trace_paths(uint32_t first_step, PathWorkspace& w) const;
   void take_step(uint32_t step, PathWorkspace& w) const;
   void shade_points(uint32_t step, PathWorkspace& w) const;
-  void set_receiver(int point, PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
   void prelight(PathWorkspace& w) const;
   void describe_first_surfaces(PathWorkspace& w) const;

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "dapple/emitters/learned_lights.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
@@ -88,6 +89,18 @@ void PathLight::connect(int k, const emitters::LightReceiver& receiver, const ge
   const V3f Ng = surface ? surface->Ng : V3f(0, 0, 0);
   if (ray.distance > 0)
     w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
+}
+
+void PathLight::set_receiver(int k, const emitters::LearnedLights* learned, PathWorkspace& w) {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  emitters::LightReceiver& receiver = w.receiver[p];
+  receiver.transmits = bsdf.has_transmission();
+  receiver.p = w.surface[k].P;
+  receiver.n = bsdf.normal_towards(-w.wi[k]);
+  receiver.time = w.time[p];
+  receiver.shared = true;
+  receiver.region = learned ? learned->region(receiver, w.vertex_key(p, 0)) : emitters::LightRegion();
 }
 
 void PathLight::note_point(int k, PathWorkspace& w) const {
