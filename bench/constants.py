@@ -3,7 +3,10 @@
 
 The numbers are constants of structs (*Numbers, in *_numbers.h). A copy of the sources is built in OUT/constants in which those that are measured are read from the
 environment instead, once for all variants; the shipped program knows nothing of that. DAPPLE_CONSTANTS, parts of names such as CacheNumbers,ray_width, chooses some.
-What was measured before, by the same sources, is kept in OUT/constants/measured.json. Needs ../shared/scenes."""
+What was measured before, by the same sources, is kept in OUT/constants/measured.json. Needs ../shared/scenes.
+
+Two structs are not here, since nothing asks for their methods in these renders: PruningNumbers (--lod; docs/design/measurements/033-pruned-leaves.md), and
+LeafNumbers, which decide which forests of a million samples and more end paths in leaves (docs/design/044), none at this size."""
 import hashlib
 import json
 import math

@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/material_table.h"
 
+#include <cstring>
+#include <type_traits>
+
 #include "dapple/scattering/sheet.h"
 #include "dapple/shading/sheet_material.h"
 
 namespace dapple::integrate {
+
+namespace {
+
+// Imath's vectors have copy constructors of their own: compilers copy what contains them number by number.
+void copy(const scattering::Bsdf& from, scattering::Bsdf* to) {
+  static_assert(std::is_trivially_destructible_v<scattering::Bsdf>);
+  std::memcpy(static_cast<void*>(to), &from, sizeof from);
+}
+
+}  // namespace
 
 MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(scene), caustics_(caustics) {
   for (const shading::MaterialPtr& material : scene.materials) {
@@ -44,7 +57,7 @@ void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geo
   for (int k = 0; k < n; ++k) {
     const size_t m = index(geometry[k]);
     if (!constants[m]) continue;
-    out[k] = *constants[m];
+    copy(*constants[m], &out[k]);
     out[k].frame = needs_tangents_[m] ? Frame(surface[k].Ns, surface[k].dPdu) : Frame(surface[k].Ns);
     out[k].set_geometric_normal(surface[k].Ng);
   }

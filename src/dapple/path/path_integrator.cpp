@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "dapple/base/parallel.h"
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/media/medium.h"
@@ -12,6 +11,7 @@
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
 #include "dapple/path/path_workspace.h"
+#include "dapple/path/spread_paths.h"
 #include "dapple/scattering/sheet.h"
 #include "dapple/shading/stages.h"
 #include "dapple/vegetation/mask_scene.h"
@@ -72,37 +72,27 @@ void PathIntegrator::learn() {
 }
 
 std::vector<light::LightPoint> PathIntegrator::find_light_points() const {
-  constexpr size_t batch = PathWorkspace::capacity;
+  LearningPoints points(spread_batches(settings_.learning_paths));
   const uint64_t seed = hash(settings_.seed, for_learning);
-  LearningPoints points((size_t(settings_.learning_paths) + batch - 1) / batch);
-  parallel_for(points.batches(), [&](size_t i) {
-    settings_.stop.check();
-    const auto w = std::make_unique<PathWorkspace>();
-    ends_.prepare(*w);
-    w->points_found = points.of_batch(i);
-    w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
-    trace_camera_rays(*w);
+  follow_spread_paths(scene_, ends_, points.batches(), seed, settings_.stop, [&](size_t i, PathWorkspace& w) {
+    w.points_found = points.of_batch(i);
+    trace_camera_rays(w);
   });
   return points.thinned();
 }
 
 PathIntegrator::SeenLeaves PathIntegrator::look_at_leaves(int paths, const std::vector<uint8_t>& is_leaf,
                                                           StopToken stop) const {
-  constexpr size_t batch = PathWorkspace::capacity;
+  std::vector<LeafNotes> of_batch(spread_batches(paths), LeafNotes(is_leaf));
   const uint64_t seed = hash(settings_.seed, for_leaves);
-  std::vector<LeafNotes> of_batch((size_t(paths) + batch - 1) / batch, LeafNotes(is_leaf));
-  parallel_for(of_batch.size(), [&](size_t i) {
-    stop.check();
-    const auto w = std::make_unique<PathWorkspace>();
-    ends_.prepare(*w);
-    w->leaf_notes = &of_batch[i];
-    w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
-    w->leaf_notes->start(w->camera.count);
-    trace_camera_rays(*w);
-    w->leaf_notes->finish(w->L);
+  follow_spread_paths(scene_, ends_, of_batch.size(), seed, stop, [&](size_t i, PathWorkspace& w) {
+    w.leaf_notes = &of_batch[i];
+    w.leaf_notes->start(w.camera.count);
+    trace_camera_rays(w);
+    w.leaf_notes->finish(w.L);
   });
   SeenLeaves seen;
-  seen.paths = int(of_batch.size() * batch);
+  seen.paths = int(of_batch.size()) * PathWorkspace::capacity;
   for (const LeafNotes& n : of_batch) {
     seen.notes.insert(seen.notes.end(), n.notes.begin(), n.notes.end());
     seen.light += n.light;
@@ -205,17 +195,16 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
       pass_through(k, w);
       continue;
     }
-    if (pass_sheet(k, w)) continue;
+    if (materials_.is_sheet(w.point_geometry[k]) && pass_sheet(k, w)) continue;
     const int p = w.point_path[k];
     if (w.coat_alone[k]) w.bsdf[k].keep_coat(-w.wi[k]);
-    w.region[k] = {};
-    if (learned_) w.region[k] = learned_->region(PathLight::receiver_at(k, true, w), w.vertex_key(p, 0));
     if (w.leaf_notes) note_leaf(k, w);
-    if (w.last[p] && gathers()) {
+    if (w.last[p] && !gathers()) continue;
+    PathLight::set_receiver(k, learned_.get(), w);
+    if (w.last[p]) {
       end_in_canopy(k, *settings_.canopy, w);
       continue;
     }
-    if (w.last[p]) continue;
     if (settings_.leaf_answers && may_end_in_leaf(k, w) &&
         settings_.leaf_answers->is_leaf(w.point_geometry[k], w.surface[k].P)) {
       end_in_canopy(k, *settings_.leaf_answers, w);
@@ -340,7 +329,6 @@ void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
 // Straight through a clear sheet, as if it were not there, so that the path keeps the density and the receiver of its
 // last scattering: shadow rays have gone the same way. False if it is scattered here.
 bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
-  if (!materials_.is_sheet(w.point_geometry[k])) return false;
   const float through = scattering::straight_transmittance(w.bsdf[k], -w.wi[k]);
   if (through == 0) return false;
   if (w.sample(PathWorkspace::dim_lobe, k) < 1 - through) {
@@ -457,7 +445,6 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
   if (!end_or_go_on(k, sample.lobe, w)) return;
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
-  w.receiver[p] = PathLight::receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   ends_.note_ray(p, diffuse && !w.last[p] && w.medium[p] == scene::vacuum, w);
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
@@ -487,7 +474,6 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
     if (diffused && smooth) light_.find_delta_light(k, sample.wi, w);
     if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
     w.bsdf_pdf[p] = sample.pdf;
-    w.receiver[p] = PathLight::receiver_at(k, true, w);
     if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
     ++(diffused ? w.rays.diffuse : w.rays.specular);
   }

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "dapple/emitters/learned_lights.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
@@ -90,10 +91,23 @@ void PathLight::connect(int k, const emitters::LightReceiver& receiver, const ge
     w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
+void PathLight::set_receiver(int k, const emitters::LearnedLights* learned, PathWorkspace& w) {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  emitters::LightReceiver& receiver = w.receiver[p];
+  receiver.transmits = bsdf.has_transmission();
+  receiver.p = w.surface[k].P;
+  receiver.n = bsdf.normal_towards(-w.wi[k]);
+  receiver.time = w.time[p];
+  receiver.shared = true;
+  receiver.region = learned ? learned->region(receiver, w.vertex_key(p, 0)) : emitters::LightRegion();
+}
+
 void PathLight::note_point(int k, PathWorkspace& w) const {
   if (w.walk[w.point_path[k]].inside()) return;
   const geom::SurfacePoint& s = w.surface[k];
-  w.points_found->note({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]});
+  const int p = w.point_path[k];
+  w.points_found->note({w.receiver[p], s.Ng, s.error, w.point_geometry[k], w.medium[p]});
 }
 
 void PathLight::light_surface(int k, PathWorkspace& w) const {
@@ -105,7 +119,7 @@ void PathLight::light_surface(int k, PathWorkspace& w) const {
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
   connect(
-      k, receiver_at(k, true, w), &w.surface[k],
+      k, w.receiver[w.point_path[k]], &w.surface[k],
       [&](const V3f& wi, float* pdf) {
         const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
         if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
@@ -147,20 +161,16 @@ void PathLight::trace_shadows(PathWorkspace& w) const {
       w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i], w.shadow_direct[i]);
 }
 
-emitters::LightReceiver PathLight::receiver_at(int k, bool shared, const PathWorkspace& w) {
-  const Bsdf& bsdf = w.bsdf[k];
-  const int p = w.point_path[k];
-  return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared, w.region[k]};
-}
-
 // At the end of a path; the light of those that are chosen counts `weight` times.
 void PathLight::light_end(int k, float weight, PathWorkspace& w) const {
   if (w.points_found) return note_point(k, w);
   const Bsdf& bsdf = w.bsdf[k];
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
+  emitters::LightReceiver receiver = w.receiver[w.point_path[k]];
+  receiver.shared = false;
   connect(
-      k, receiver_at(k, false, w), &w.surface[k],
+      k, receiver, &w.surface[k],
       [&](const V3f& wi, float* pdf) {
         const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
         *pdf = 0;  // no ray goes on that could meet the light

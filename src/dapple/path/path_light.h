@@ -22,6 +22,9 @@ class PathLight {
   void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
   void add_glow(int path, const RGB& emitted, const V3f& o, const V3f& d, PathWorkspace& w) const;
 
+  /// Makes a point of a surface the receiver of its path: of light samples there, and of the path's next ray.
+  /// `learned`: may be null.
+  static void set_receiver(int point, const emitters::LearnedLights* learned, PathWorkspace& w);
   // Draw a light and a shadow ray, or, of paths that learn, note where they would.
   void light_surface(int point, PathWorkspace& w) const;
   void light_end(int point, float weight, PathWorkspace& w) const;
@@ -30,9 +33,6 @@ class PathLight {
   void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
   /// Adds the light of all that were drawn in this step.
   void trace_shadows(PathWorkspace& w) const;
-
-  /// `shared`: the path's next ray looks for lights, too.
-  static emitters::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w);
 
  private:
   template <class Evaluate>

@@ -30,7 +30,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   integrate::CameraBatch camera;
   RGB beta[capacity], L[capacity];
   float bsdf_pdf[capacity];  ///< density of the last scattering; 0 = could not have been found by light sampling
-  emitters::LightReceiver receiver[capacity];  ///< where the last scattering happened
+  emitters::LightReceiver receiver[capacity];  ///< where the last scattering happened; of a point that is lit, itself
   float eta_scale[capacity], time[capacity], cone_width[capacity], cone_spread[capacity];
   int32_t medium[capacity];
   SubsurfaceWalk walk[capacity];  ///< while it is inside, medium[] is the one outside
@@ -96,7 +96,6 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   bool coat_alone[capacity];
   geom::SurfacePoint surface[capacity];
   scattering::Bsdf bsdf[capacity];
-  emitters::LightRegion region[capacity];
   /// Where paths note the points at which they want light, and do without it; null: they have it.
   LearningPoints::Batch* points_found = nullptr;
   LeafNotes* leaf_notes = nullptr;  ///< where paths note what they find at leaves; null: nowhere

@@ -49,7 +49,8 @@ Film::Film(const Settings& settings) : settings_(settings) {
 
 void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups,
                const RGB& direct) {
-  Pixel& p = pixels_[index(x, y)];
+  const size_t i = index(x, y);
+  Pixel& p = pixels_[i];
   ++p.samples;
   RGB L = radiance;
   float scale = settings_.scale;
@@ -74,17 +75,17 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     }
     p.sum[c] += v;
   }
-  RGB* const sums = group_sums_.data() + index(x, y) * size_t(settings_.light_groups);
+  RGB* const sums = group_sums_.data() + i * size_t(settings_.light_groups);
   for (size_t g = 0; g < groups.size(); ++g) sums[g] += groups[g] * (weight * scale);
-  if (!direct_.empty() && scale > 0) direct_[index(x, y)] += direct * (weight * scale);
+  if (!direct_.empty() && scale > 0) direct_[i] += direct * (weight * scale);
   if (!halves_.empty() && (p.samples - 1) / halved_by % 2 == 0) {
-    HalfSums& half = halves_[index(x, y)];
+    HalfSums& half = halves_[i];
     for (int c = 0; c < 3; ++c) half.sum[c] += double(weight) * double(L[c]);
     if (scale > 0) half.direct += direct * (weight * scale);
     half.weight += double(weight);
   }
   if (!squared_weights_.empty()) {
-    SquaredWeights& sums_of_squares = squared_weights_[index(x, y)];
+    SquaredWeights& sums_of_squares = squared_weights_[i];
     const double square = double(weight) * double(weight);
     for (int c = 0; c < 3; ++c) {
       sums_of_squares.squares[c] += square * double(L[c]) * double(L[c]);
@@ -94,7 +95,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   }
   p.weight += double(weight);
   if (features_.empty()) return;
-  FeatureSums& s = features_[index(x, y)];
+  FeatureSums& s = features_[i];
   if (p.samples == 1) {
     s.grid = f.grid;
     s.grid.level = kept(f.grid.level, &s.dropped), s.grid.shading_rate = kept(f.grid.shading_rate, &s.dropped);

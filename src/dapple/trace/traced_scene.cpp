@@ -337,8 +337,8 @@ int TracedScene::packet_end(const RayBatch& r, int i, int n) const {
   return end - i >= least_packet ? end : i + 1;
 }
 
-void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* h,
-                          int i) const {
+inline void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* h,
+                                 int i) const {
   h->primitive[i] = primitive;
   h->geometry[i] = embree_geometry, h->instance[i] = embree_instance;
   if (embree_geometry == RTC_INVALID_GEOMETRY_ID) return;
