@@ -21,9 +21,12 @@ std::string quoted(int argc, char** argv) {
 
 // The parser would only say that a command is missing.
 void check_command(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-' || app.get_subcommand_no_throw(argv[1])) return;
+  if (argc < 2 || argv[1][0] == '-') return;
   std::string known;
-  for (const CLI::App* sub : app.get_subcommands({})) known += (known.empty() ? "" : ", ") + sub->get_name();
+  for (const CLI::App* sub : app.get_subcommands({})) {
+    if (sub->get_name() == argv[1]) return;
+    known += (known.empty() ? "" : ", ") + sub->get_name();
+  }
   throw dapple::UsageError("unknown command \"" + std::string(argv[1]) + "\"; expected one of: " + known);
 }
 
