@@ -161,7 +161,7 @@ Command add_canopy_reflect(CLI::App& app) {
       ->check(CLI::Range(1, 1 << 28));
   app.add_option("--replicates", o->replicates, "Independent estimates, whose spread gives the standard error")
       ->check(CLI::Range(2, 4096));
-  app.add_option("--seed", o->seed, "Of all random numbers");
+  app.add_option("--seed", o->seed, "Of all random numbers")->check(seed_check());
   app.add_option("-o,--output", o->output, "Result as JSON; without it, on standard output");
   app.add_option("--csv", o->csv, "The same numbers as one table");
   return [o] { return reflect(*o); };

@@ -19,6 +19,17 @@ std::string quoted(int argc, char** argv) {
   return line;
 }
 
+// The parser would only say that a command is missing.
+void check_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::string known;
+  for (const CLI::App* sub : app.get_subcommands({})) {
+    if (sub->get_name() == argv[1]) return;
+    known += (known.empty() ? "" : ", ") + sub->get_name();
+  }
+  throw dapple::UsageError("unknown command \"" + std::string(argv[1]) + "\"; expected one of: " + known);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Dapple renders film scenes and forests with global illumination.", "dapple");
   app.get_formatter()->column_width(36);
@@ -48,6 +59,7 @@ int run(int argc, char** argv) {
   auto* plugin = app.add_subcommand("plugin-info", "Say what a shader plug-in is and which parameters it has");
   commands.emplace_back(plugin, dapple::app::add_plugin_info(*plugin));
 
+  check_command(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

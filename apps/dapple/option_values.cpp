@@ -102,6 +102,16 @@ CLI::Validator non_negative() {
   return number_check("NONNEGATIVE", "0 or more", [](double x) { return x >= 0; });
 }
 
+CLI::Validator seed_check() {
+  const auto check = [](const std::string& text) {
+    uint64_t seed = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+    const bool is_whole = error == std::errc() && end == text.data() + text.size();
+    return is_whole ? std::string() : "must be a whole number from 0 to 18446744073709551615, not " + text;
+  };
+  return CLI::Validator(check, "");
+}
+
 void add_threads(CLI::App& app, int& threads) {
   app.add_option("--threads", threads, "Threads; 0 = all processors")
       ->check(CLI::Range(0, 1024))

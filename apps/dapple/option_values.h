@@ -36,6 +36,8 @@ CLI::Validator level_of_detail_check();
 /// Checks of options' numbers: above 0, and 0 or more.
 CLI::Validator positive();
 CLI::Validator non_negative();
+/// Whole and from 0 to 2^64 - 1: the parser itself takes -1 for the last of these, and the last for all beyond.
+CLI::Validator seed_check();
 
 /// The option --threads of all commands.
 void add_threads(CLI::App& app, int& threads);

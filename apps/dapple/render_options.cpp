@@ -182,7 +182,7 @@ image::DisplayView display_view(const RenderOptions& o) {
   view.auto_exposure = o.exposure == "auto";
   if (view.auto_exposure) return view;
   const double stops = numbers_of("--exposure", o.exposure, 1, "auto, or a number of stops")[0];
-  check_range("--exposure", stops, -60, 60, "stops");
+  check_range("--exposure", stops, -60, 60, " stops");
   view.exposure = float(stops);
   return view;
 }
@@ -373,7 +373,7 @@ void add_image_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--resolution", o.resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o.crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   add_threads(app, o.threads);
-  app.add_option("--seed", o.seed, "Seed of all random numbers [the scene's or 0]");
+  app.add_option("--seed", o.seed, "Seed of all random numbers [the scene's or 0]")->check(seed_check());
 }
 
 void add_layer_options(CLI::App& app, RenderOptions& o) {

@@ -128,8 +128,8 @@ void check_index(const char* option, int value, size_t count) {
 V3f direction_of(const char* option, const std::string& text) {
   const std::vector<double> angles = numbers_of(option, text, 2, "AZIMUTH,ELEVATION in degrees");
   const std::string name = option;
-  check_range((name + ": the azimuth").c_str(), angles[0], -360, 360, "degrees");
-  check_range((name + ": the elevation").c_str(), angles[1], -90, 90, "degrees");
+  check_range((name + ": the azimuth").c_str(), angles[0], -360, 360, " degrees");
+  check_range((name + ": the elevation").c_str(), angles[1], -90, 90, " degrees");
   const float azimuth = radians(float(angles[0])), elevation = radians(float(angles[1]));
   return {std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation), std::sin(elevation)};
 }

@@ -21,7 +21,10 @@ TEST(ExitCode, HelpAndVersionAreNoErrors) {
 
 TEST(ExitCode, WrongUseIs2) {
   EXPECT_EQ(run_dapple({}, 60).exit_code, 2);
-  EXPECT_EQ(run_dapple({"paint"}, 60).exit_code, 2);
+  const ProcessResult paint = run_dapple({"paint"}, 60);
+  EXPECT_EQ(paint.exit_code, 2);
+  EXPECT_NE(paint.output.find("unknown command \"paint\"; expected one of: render, "), std::string::npos)
+      << paint.output;
   EXPECT_EQ(run_dapple({"render"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--no-such-option"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--pixel-samples", "-1"}, 60).exit_code, 2);
@@ -55,6 +58,20 @@ TEST(ExitCode, GainsOfLightGroups) {
   const ProcessResult noise = render("wrong.exr", {"--gain", "default=2", "--noise-target", ".1"});
   EXPECT_EQ(noise.exit_code, 2);
   EXPECT_NE(noise.output.find("a noise target is judged by samples"), std::string::npos) << noise.output;
+}
+
+TEST(ExitCode, SeedsAreWhole) {
+  ScratchFolder folder;
+  const auto render = [&](const char* seed) {
+    return render_quickly({cornell, "-o", folder.file("seed.exr"), "--seed", seed});
+  };
+  EXPECT_EQ(render("18446744073709551615").exit_code, 0);
+  for (const char* wrong : {"-1", "18446744073709551616", "1.5", "x"}) {
+    const ProcessResult refused = render(wrong);
+    EXPECT_EQ(refused.exit_code, 2) << wrong;
+    EXPECT_NE(refused.output.find("must be a whole number from 0 to 18446744073709551615"), std::string::npos)
+        << refused.output;
+  }
 }
 
 // Rationale: limits of the number format are no help.

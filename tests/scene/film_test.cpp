@@ -126,7 +126,7 @@ TEST(Film, HalvesOfFiltersWithNegativeLobes) {
     Film film(settings);
     for (int i = 0; i < 8; ++i) {
       const RGB light(i % 2 ? float(light_of_odd) : 2.0f);
-      film.add(0, 0, i < 4 && i % 2 ? -.99f : 1.0f, light, {}, {}, light);
+      film.add(0, 0, i >= 4 && i % 2 ? -.99f : 1.0f, light, {}, {}, light);
     }
     return film;
   };
@@ -138,12 +138,12 @@ TEST(Film, HalvesOfFiltersWithNegativeLobes) {
     EXPECT_NEAR(even.half(0, 0, which).g, 2, 1e-6f);
     EXPECT_NEAR(even.half_direct(0, 0, which).g, 2, 1e-5f);
   }
-  // Weights 1 and -.99, twice each, then 1 four times.
+  // Weights 1 four times, then 1 and -.99, twice each.
   const Film odd = film_of(1);
   const double w = 4.02, mean = (4 - 1.98 + 6) / w,
                squares = 2 * (sqr(2 - mean) + sqr(.99 * (1 - mean)) + sqr(2 - mean) + sqr(1 - mean));
   EXPECT_NEAR(odd.variance(0, 0).g, squares * 8 / 7 / (w * w), 1e-5);
-  EXPECT_NEAR(odd.half(0, 0, 0).g, mean + (2 * (2 - mean) - 1.98 * (1 - mean)) * 2 / w, 1e-5);
+  EXPECT_NEAR(odd.half(0, 0, 1).g, mean + (2 * (2 - mean) - 1.98 * (1 - mean)) * 2 / w, 1e-5);
   EXPECT_NEAR((odd.half(0, 0, 0).g + odd.half(0, 0, 1).g) / 2, odd.pixel(0, 0).g, 1e-5f);
   EXPECT_NEAR((odd.half_direct(0, 0, 0).g + odd.half_direct(0, 0, 1).g) / 2, odd.direct(0, 0).g, 1e-5f);
 }
@@ -191,6 +191,37 @@ TEST(Film, VariancesAndHalvesAreThoseOfTheFilter) {
     EXPECT_NEAR(told / error, 1, bound) << int(c.kind);
     EXPECT_NEAR(of_halves / error, 2, .03 + bound) << int(c.kind);
     EXPECT_NEAR(product / error, 0, bound) << int(c.kind);
+  }
+}
+
+// Few weights of both signs cancel; what they weigh does not.
+TEST(Film, PixelsOfFewSamplesStayAmongTheirLight) {
+  const Filter filter(FilterKind::mitchell, V2f(2, 2), 1 / 3.f, 1 / 3.f);
+  Film::Settings settings;
+  settings.resolution = {100, 100};
+  settings.crop = {V2i(0, 0), settings.resolution};
+  settings.features = settings.air = settings.signed_weights = true;
+  for (const uint32_t samples : {1, 2, 3, 4, 8}) {
+    Film film(settings);
+    double mean = 0;
+    for (int y = 0; y < 100; ++y)
+      for (int x = 0; x < 100; ++x) {
+        for (uint32_t i = 0; i < samples; ++i) {
+          const auto u = [&](uint32_t k) { return to_unit_float(hash(uint64_t(y * 100 + x), i, k)); };
+          const float weight = filter.sample(V2f(u(0), u(1))).weight, light = u(2);
+          Features f;
+          f.alpha = 1, f.depth = light;
+          film.add(x, y, weight, RGB(light), f);
+          film.add_air(x, y, weight, {RGB(light), RGB(light)});
+        }
+        // At worst samples, weighing 1 to 1.1, of weights that add up to .9.
+        const float bound = 1.3f * float(samples);
+        EXPECT_LT(std::abs(film.pixel(x, y).g), bound);
+        EXPECT_LT(std::abs(film.features(x, y).depth), bound);
+        EXPECT_LT(std::abs(film.air(x, y).airlight.g), bound);
+        mean += double(film.pixel(x, y).g) / 1e4;
+      }
+    EXPECT_NEAR(mean, .5, .02) << samples << " samples";
   }
 }
 

@@ -126,7 +126,9 @@ void FeatureTracer::start_rays(Workspace& w) const {
   w.now.clear();
   for (int p = 0; p < w.camera.count; ++p) {
     const scene::CameraRay& r = w.camera.ray[p];
-    w.sums[p].weight += double(w.camera.film_weight[p]);
+    float& weight = w.camera.film_weight[p];
+    weight = scene::joining_weight(weight, w.sums[p].weight);
+    w.sums[p].weight += double(weight);
     Workspace::PendingRay ray;
     ray.sample = p;
     ray.ray = r.ray;

@@ -8,12 +8,15 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
 
 #include "dapple/image/image.h"
 #include "dapple/image/image_writer.h"
+#include "dapple/modelfile/gltf_attributes.h"
 #include "dapple/modelfile/gltf_extensions.h"
 #include "dapple/modelfile/pose.h"
 #include "dapple/scenefile/polygon.h"
@@ -42,23 +45,49 @@ class RegularFiles final : public Assimp::DefaultIOSystem {
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     if (!mode || mode[0] != 'r' || !is_regular(file)) return nullptr;
     Assimp::IOStream* const stream = DefaultIOSystem::Open(file, mode);
-    return stream && image::extension_of(file) == "obj" ? repaired(stream) : stream;
+    if (!stream) return nullptr;
+    const std::string extension = image::extension_of(file);
+    if (extension == "obj") return repaired_obj(stream);
+    return extension == "gltf" || extension == "glb" ? repaired_gltf(stream, file) : stream;
   }
 
  private:
-  static Assimp::IOStream* repaired(Assimp::IOStream* stream) {
-    const std::unique_ptr<Assimp::IOStream> closed_after(stream);
+  static std::string text_of(Assimp::IOStream* stream) {
     std::string text(stream->FileSize(), '\0');
     text.resize(stream->Read(text.data(), 1, text.size()));
-    text = with_leading_zeros(text);
+    return text;
+  }
+  static Assimp::IOStream* stream_of(const std::string& text) {
     auto* const bytes = new uint8_t[text.size()];  // which MemoryIOStream deletes
     std::copy(text.begin(), text.end(), bytes);
     return new Assimp::MemoryIOStream(bytes, text.size(), true);
+  }
+  static Assimp::IOStream* repaired_obj(Assimp::IOStream* stream) {
+    const std::unique_ptr<Assimp::IOStream> closed_after(stream);
+    return stream_of(with_leading_zeros(text_of(stream)));
+  }
+  // Assimp opens a file several times.
+  Assimp::IOStream* repaired_gltf(Assimp::IOStream* stream, const std::string& path) {
+    const auto [repaired, is_new] = repaired_.try_emplace(path);
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    const auto read = [&](const std::string& uri) {
+      const std::string beside = (folder / uri).string();
+      const std::unique_ptr<Assimp::IOStream> other(is_regular(beside.c_str()) ? DefaultIOSystem::Open(beside.c_str())
+                                                                               : nullptr);
+      return other ? text_of(other.get()) : "";
+    };
+    if (is_new) repaired->second = with_float_attributes(text_of(stream), read);
+    stream->Seek(0, aiOrigin_SET);
+    if (repaired->second.empty()) return stream;
+    delete stream;
+    return stream_of(repaired->second);
   }
   static bool is_regular(const char* file) {
     struct stat s {};
     return file && stat(file, &s) == 0 && S_ISREG(s.st_mode);
   }
+
+  std::map<std::string, std::string> repaired_;
 };
 
 bool is_usable(const aiVector3D& v) {

@@ -66,6 +66,12 @@ float element(const json& of, const char* name, size_t i, float fallback) {
   return std::isfinite(v) ? float(std::clamp(v, -1e6, 1e6)) : fallback;
 }
 
+std::string printable(const std::string& name) {
+  std::string out;
+  for (const char c : name.substr(0, 60)) out += c >= 32 && c < 127 ? c : '_';
+  return out;
+}
+
 // KHR_texture_transform, whose v runs downwards, for v that runs upwards.
 UvTransform transform_of(const json& texture) {
   const json* extensions = member(texture, "extensions");
@@ -154,16 +160,27 @@ class Extensions {
                                          "KHR_materials_emissive_strength",
                                          "KHR_materials_pbrSpecularGlossiness"};
     for (const auto& [name, value] : of_.items()) {
-      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      std::string printable;
-      for (const char c : name.substr(0, 60)) printable += c >= 32 && c < 127 ? c : '_';
-      leave_out("extension " + printable);
+      if (std::find(known.begin(), known.end(), name) == known.end()) leave_out("extension " + printable(name));
     }
   }
 
   const json& of_;
   ModelMaterial& m_;
 };
+
+// Those of nodes, meshes, pictures: what materials use is named with them.
+void name_unknown_extensions(const json& file, Model* model) {
+  static constexpr std::array known = {"KHR_draco_mesh_compression", "KHR_lights_punctual", "KHR_mesh_quantization",
+                                       "KHR_texture_transform"};
+  const json* names = member(file, "extensionsUsed");
+  if (!names || !names->is_array()) return;
+  for (const json& name : *names) {
+    const std::string text = name.is_string() ? name.get<std::string>() : "";
+    if (text.empty() || text.starts_with("KHR_materials_")) continue;
+    if (std::find(known.begin(), known.end(), text) == known.end())
+      model->left_out.push_back("extension " + printable(text));
+  }
+}
 
 // The pictures of a material in the order in which they decide about texture coordinates.
 std::vector<const json*> textures_of(const json& material) {
@@ -200,6 +217,7 @@ void read_transforms(const json& material, ModelMaterial* m) {
 
 void add_gltf_extensions(const std::string& path, Model* model) {
   const json file = json::parse(json_text(path), nullptr, false);
+  name_unknown_extensions(file, model);
   const json* materials = member(file, "materials");
   if (!materials || !materials->is_array()) return;
   const auto name_of = [](const json& material) {

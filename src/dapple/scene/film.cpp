@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dapple/scene/filter.h"
+
 namespace dapple::scene {
 
 namespace {
@@ -52,6 +54,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   const size_t i = index(x, y);
   Pixel& p = pixels_[i];
   ++p.samples;
+  weight = joining_weight(weight, p.weight);
   RGB L = radiance;
   float scale = settings_.scale;
   if (!L.is_finite() || L.min() < 0) {
@@ -101,7 +104,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     s.grid.level = kept(f.grid.level, &s.dropped), s.grid.shading_rate = kept(f.grid.shading_rate, &s.dropped);
   }
   s.weight += weight;
-  const float w = weight * kept(f.alpha, &s.dropped);
+  const float w = joining_weight(weight * kept(f.alpha, &s.dropped), double(s.hits));
   s.hits += w;
   for (int c = 0; c < 3; ++c) {
     s.position[c] += w * kept(f.position[c], &s.dropped);
@@ -113,6 +116,7 @@ void Film::add_air(int x, int y, float weight, const AirFeatures& air) {
   if (air_.empty() || !air.airlight.is_finite() || !air.transmittance.is_finite()) return;
   const RGB L = (settings_.white_balance ? (*settings_.white_balance)(air.airlight) : air.airlight) * settings_.scale;
   AirSums& s = air_[index(x, y)];
+  weight = joining_weight(weight, s.weight);
   for (int c = 0; c < 3; ++c) {
     s.airlight[c] += double(weight) * double(L[c]);
     s.transmittance[c] += double(weight) * double(air.transmittance[c]);

@@ -45,4 +45,12 @@ class Filter {
   bool has_negative_lobes_ = false;
 };
 
+/// The weight with which a camera sample joins a pixel whose weights add up to `sum` so far: the filter's own, without
+/// its sign where the sum would come near 0. Negative lobes of a few samples cancel the others' weights, but not their
+/// light, which would be divided by next to nothing.
+inline float joining_weight(float weight, double sum) {
+  constexpr double least = 0.9;  // of weights around 1 and -1
+  return weight < 0 && sum + double(weight) < least ? -weight : weight;
+}
+
 }  // namespace dapple::scene

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/modelfile/gltf_attributes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+namespace dapple::modelfile {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr char base64_digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+std::string to_base64(const std::string& bytes) {
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    uint32_t v = 0;
+    for (size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
+    for (size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : base64_digits[v >> (18 - 6 * k) & 63];
+  }
+  return out;
+}
+
+std::string from_base64(const std::string& text, size_t begin) {
+  std::array<int8_t, 256> value;
+  value.fill(-1);
+  for (int8_t i = 0; i < 64; ++i) value[uint8_t(base64_digits[i])] = i;
+  std::string out;
+  uint32_t bits = 0;
+  int count = 0;
+  for (size_t i = begin; i < text.size(); ++i) {
+    const int8_t v = value[uint8_t(text[i])];
+    if (v < 0) break;
+    bits = bits << 6 | uint32_t(v);
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    out += char(bits >> count & 255);
+  }
+  return out;
+}
+
+uint32_t word_at(const std::string& bytes, size_t at) {
+  uint32_t word = 0;
+  if (at + sizeof word > bytes.size()) throw std::out_of_range("glb");
+  std::memcpy(&word, bytes.data() + at, sizeof word);
+  return word;
+}
+
+void append_word(std::string* bytes, uint32_t word) {
+  bytes->append(reinterpret_cast<const char*>(&word), sizeof word);
+}
+
+// A .gltf file, or the two chunks of a .glb file.
+struct Container {
+  static constexpr uint32_t magic = 0x46546c67, json_chunk = 0x4e4f534a;
+
+  explicit Container(const std::string& file) : is_binary(file.size() >= 20 && word_at(file, 0) == magic) {
+    if (!is_binary) {
+      text = file;
+      return;
+    }
+    const size_t length = word_at(file, 12);
+    if (word_at(file, 16) != json_chunk || length > file.size() - 20) throw std::out_of_range("glb");
+    text = file.substr(20, length);
+    rest = file.substr(20 + length);
+    if (rest.size() >= 8) binary = rest.substr(8, word_at(rest, 0));
+  }
+
+  std::string with(std::string changed) const {
+    if (!is_binary) return changed;
+    changed.resize((changed.size() + 3) / 4 * 4, ' ');
+    std::string out;
+    for (const size_t word :
+         {size_t(magic), size_t(2), 20 + changed.size() + rest.size(), changed.size(), size_t(json_chunk)})
+      append_word(&out, uint32_t(word));
+    return out + changed + rest;
+  }
+
+  bool is_binary;
+  std::string text, rest, binary;
+};
+
+// What does not fit throws: json's own exceptions, or std::out_of_range.
+class Attributes {
+ public:
+  Attributes(json* file, const std::string& binary, const std::function<std::string(const std::string&)>& read)
+      : file_(*file), binary_(binary), read_(read) {}
+
+  /// False where all are floats.
+  bool convert() {
+    std::set<size_t> found;
+    find_in_meshes(&found);
+    find_in_animations(&found);
+    std::erase_if(found, [&](size_t i) { return file_.at("accessors").at(i).at("componentType") == float_type; });
+    for (const size_t i : found) convert(&file_.at("accessors").at(i));
+    if (found.empty()) return false;
+    file_["buffers"].push_back(
+        {{"byteLength", floats_.size()}, {"uri", "data:application/octet-stream;base64," + to_base64(floats_)}});
+    return true;
+  }
+
+ private:
+  static constexpr int float_type = 5126;
+
+  static bool is_float_for_assimp(const std::string& name) {
+    return name == "POSITION" || name == "NORMAL" || name == "TANGENT" || name.starts_with("TEXCOORD_") ||
+           name.starts_with("WEIGHTS_");
+  }
+
+  void find_in_meshes(std::set<size_t>* found) const {
+    const auto add = [&](const json& attributes) {
+      for (const auto& [name, accessor] : attributes.items())
+        if (is_float_for_assimp(name)) found->insert(accessor.get<size_t>());
+    };
+    for (const json& mesh : file_.value("meshes", json::array()))
+      for (const json& primitive : mesh.at("primitives")) {
+        add(primitive.at("attributes"));
+        for (const json& target : primitive.value("targets", json::array())) add(target);
+      }
+  }
+
+  void find_in_animations(std::set<size_t>* found) const {
+    for (const json& animation : file_.value("animations", json::array()))
+      for (const json& sampler : animation.at("samplers")) found->insert(sampler.at("output").get<size_t>());
+  }
+
+  struct Numbers {
+    size_t count, width;
+    std::vector<double> values;
+  };
+
+  static size_t width_of(const json& accessor) {
+    static const std::map<std::string, size_t> widths = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
+    return widths.at(accessor.at("type").get<std::string>());
+  }
+
+  static size_t size_of(int type) {
+    switch (type) {
+      case 5120:
+      case 5121:
+        return 1;
+      case 5122:
+      case 5123:
+        return 2;
+      case 5125:
+        return 4;
+      default:
+        throw std::out_of_range("component type");
+    }
+  }
+
+  static double number_at(const char* at, int type) {
+    const auto as = [&](auto v) {
+      std::memcpy(&v, at, sizeof v);
+      return double(v);
+    };
+    switch (type) {
+      case 5120:
+        return as(int8_t());
+      case 5121:
+        return as(uint8_t());
+      case 5122:
+        return as(int16_t());
+      case 5123:
+        return as(uint16_t());
+      default:
+        return as(uint32_t());
+    }
+  }
+
+  // glTF 2.0, section 3.6.2.2.
+  static double normalized(double v, int type) {
+    static const std::map<int, double> largest = {{5120, 127}, {5121, 255}, {5122, 32767}, {5123, 65535}};
+    return std::max(v / largest.at(type), -1.0);
+  }
+
+  const std::string& buffer(size_t i) {
+    const auto [at, is_new] = buffers_.try_emplace(i);
+    if (!is_new) return at->second;
+    const std::string uri = file_.at("buffers").at(i).value("uri", std::string());
+    const size_t comma = uri.find(',');
+    if (uri.empty())
+      at->second = binary_;
+    else if (uri.starts_with("data:"))
+      at->second = comma == uri.npos ? "" : from_base64(uri, comma + 1);
+    else
+      at->second = read_(uri);
+    return at->second;
+  }
+
+  // `count` times `width` numbers of a buffer view, from `offset` on.
+  std::vector<double> numbers(size_t view_index, size_t offset, int type, size_t count, size_t width) {
+    const json& view = file_.at("bufferViews").at(view_index);
+    const std::string& bytes = buffer(view.at("buffer").get<size_t>());
+    const size_t begin = view.value("byteOffset", size_t(0)) + offset, size = size_of(type);
+    const size_t stride = std::max(view.value("byteStride", size_t(0)), size * width);
+    if (begin > bytes.size() || (count > 0 && (bytes.size() - begin) / stride + 1 < count) ||
+        (count > 0 && begin + (count - 1) * stride + size * width > bytes.size()))
+      throw std::out_of_range("buffer view");
+    std::vector<double> out;
+    out.reserve(count * width);
+    for (size_t i = 0; i < count; ++i)
+      for (size_t k = 0; k < width; ++k) out.push_back(number_at(bytes.data() + begin + i * stride + k * size, type));
+    return out;
+  }
+
+  void convert(json* accessor) {
+    const int type = accessor->at("componentType").get<int>();
+    const size_t count = accessor->at("count").get<size_t>(), width = width_of(*accessor);
+    std::vector<double> values;
+    if (accessor->contains("bufferView"))
+      values = numbers(accessor->at("bufferView").get<size_t>(), accessor->value("byteOffset", size_t(0)), type, count,
+                       width);
+    else if (count <= size_t(1) << 28)
+      values.assign(count * width, 0);
+    else
+      throw std::out_of_range("count");
+    if (accessor->contains("sparse")) replace(accessor->at("sparse"), type, width, &values);
+    const bool is_normalized = accessor->value("normalized", false);
+    const size_t begin = floats_.size();
+    for (const double v : values) {
+      const float f = float(is_normalized ? normalized(v, type) : v);
+      floats_.append(reinterpret_cast<const char*>(&f), sizeof f);
+    }
+    for (const char* name : {"sparse", "normalized", "byteOffset", "min", "max"}) accessor->erase(name);
+    (*accessor)["componentType"] = float_type;
+    (*accessor)["bufferView"] = file_.at("bufferViews").size();
+    file_["bufferViews"].push_back(
+        {{"buffer", file_.at("buffers").size()}, {"byteOffset", begin}, {"byteLength", floats_.size() - begin}});
+  }
+
+  void replace(const json& sparse, int type, size_t width, std::vector<double>* values) {
+    const size_t count = sparse.at("count").get<size_t>();
+    const json &at = sparse.at("indices"), &by = sparse.at("values");
+    const auto of = [&](const json& part, int component, size_t n) {
+      return numbers(part.at("bufferView").get<size_t>(), part.value("byteOffset", size_t(0)), component, count, n);
+    };
+    const std::vector<double> indices = of(at, at.at("componentType").get<int>(), 1), given = of(by, type, width);
+    for (size_t i = 0; i < count; ++i)
+      for (size_t k = 0; k < width; ++k) values->at(size_t(indices[i]) * width + k) = given[i * width + k];
+  }
+
+  json& file_;
+  const std::string& binary_;
+  const std::function<std::string(const std::string&)>& read_;
+  std::map<size_t, std::string> buffers_;
+  std::string floats_;
+};
+
+}  // namespace
+
+std::string with_float_attributes(const std::string& file,
+                                  const std::function<std::string(const std::string& uri)>& read) {
+  try {
+    const Container container(file);
+    json content = json::parse(container.text);
+    Attributes attributes(&content, container.binary, read);
+    return attributes.convert() ? container.with(content.dump()) : "";
+  } catch (const json::exception&) {
+  } catch (const std::out_of_range&) {
+  }
+  return "";
+}
+
+}  // namespace dapple::modelfile
