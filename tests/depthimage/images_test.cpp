@@ -110,6 +110,23 @@ TEST(ImageBuilder, FragmentsLieOnTheirSurfaces) {
   EXPECT_EQ(std::popcount(one[0].mask), SampleMask::count);
 }
 
+// Rationale: the same where cut-outs lose samples. Expectation: what is left of a plane at 45 degrees lies on it.
+TEST(ImageBuilder, CutOutsLieOnTheirSurfaces) {
+  const V3f corners[3] = {V3f(0, 0, 0), V3f(2, 0, 2), V3f(0, 2, 0)};
+  const V3f n = normalize(V3f(-1, 0, 1));
+  ImageBuilder builder(ViewFrame(V3f(0, 0, 1)), V3f(0, 0, 0), 1, 2);
+  builder.add(0, corners);
+  for (ImageBuilder::Piece& piece : builder.pieces())
+    if (piece.mask == 0xffff) builder.keep_samples(0x1111, n, &piece);
+  bool is_cut = false;
+  for (const ImageBuilder::Piece& piece : builder.pieces()) {
+    const float x = builder.place_of(piece).x * builder.texel() - 1;
+    EXPECT_NEAR(piece.height, x, 1e-5f);
+    is_cut |= piece.mask == 0x1111;
+  }
+  EXPECT_TRUE(is_cut);
+}
+
 // Rationale: a fragment is drawn where its samples are. Expectation: an image seen by its own camera, a pixel a texel,
 // gives every sub-sample the first fragment that has it, and nothing else.
 TEST(Splats, ImageInItsOwnCameraIsItself) {

@@ -116,12 +116,13 @@ TEST(GltfAttributes, OfFloatsAndDamagedOnesStayAsTheyAre) {
 TEST(GltfExtensions, OfNodesAndPicturesAreNamed) {
   const TempFolder folder;
   std::string text = gltf(float_positions, -1, data_uri());
-  text.insert(text.find("\"KHR_mesh"), R"("EXT_mesh_gpu_instancing",)");
+  text.insert(text.find("\"KHR_mesh"), R"("EXT_mesh_gpu_instancing","KHR_materials_variants",)");
   Diagnostics diagnostics;
   test::read(folder.write("m.gltf", text), {}, &diagnostics);
   std::string all;
   for (const std::string& m : diagnostics.messages()) all += m;
   EXPECT_NE(all.find("extension EXT_mesh_gpu_instancing: left out"), std::string::npos) << all;
+  EXPECT_NE(all.find("extension KHR_materials_variants: left out"), std::string::npos) << all;
   EXPECT_EQ(all.find("KHR_mesh_quantization"), std::string::npos) << all;
 }
 

@@ -225,6 +225,30 @@ TEST(Film, PixelsOfFewSamplesStayAmongTheirLight) {
   }
 }
 
+// A matte fits its image: alpha is weighed as light is, below 0 and above 1 too.
+TEST(Film, AlphaIsWeighedAsLightIs) {
+  const Filter filter(FilterKind::mitchell, V2f(2, 2), 1 / 3.f, 1 / 3.f);
+  Film::Settings settings;
+  settings.resolution = {64, 64};
+  settings.crop = {V2i(0, 0), settings.resolution};
+  settings.features = settings.signed_weights = true;
+  Film film(settings);
+  bool is_outside = false;
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      for (uint32_t i = 0; i < 8; ++i) {
+        const auto u = [&](uint32_t k) { return to_unit_float(hash(uint64_t(y * 64 + x), i, k)); };
+        const auto sample = filter.sample(V2f(u(0), u(1)));
+        Features f;
+        f.alpha = sample.offset.x > 1 ? 1 : 0;  // an edge a pixel away
+        film.add(x, y, sample.weight, RGB(f.alpha), f);
+      }
+      EXPECT_NEAR(film.features(x, y).alpha, film.pixel(x, y).g, 1e-5f);
+      is_outside |= film.features(x, y).alpha < 0;
+    }
+  EXPECT_TRUE(is_outside);
+}
+
 // Colours of gains are colours of light, which white balance comes after.
 TEST(Film, GainsWeightGroups) {
   Film::Settings settings;

@@ -143,7 +143,17 @@ V3f ImageBuilder::weights(const V3f corners[3], const V2f& place) const {
 bool ImageBuilder::continues(const Piece& from, const V3f& n, const Piece& to) const {
   const V2f across = (SampleMask::centroid(to.mask) - SampleMask::centroid(from.mask)) * texel_;
   const V3f way = frame_.u * across.x + frame_.v * across.y + frame_.w * (to.height - from.height);
-  return std::abs(dot(n, way)) <= ImageNumbers::merge_sine * length(way);
+  return std::abs(to.height - from.height) <= ImageNumbers::merge_depth * texel_ &&
+         std::abs(dot(n, way)) <= ImageNumbers::merge_sine * length(way);
+}
+
+void ImageBuilder::keep_samples(unsigned mask, const V3f& n, Piece* piece) const {
+  const V2f before = SampleMask::centroid(piece->mask);
+  piece->mask = uint16_t(piece->mask & mask);
+  if (piece->mask == 0) return;
+  const V2f way = (SampleMask::centroid(piece->mask) - before) * texel_;
+  const float change = -(dot(n, frame_.u) * way.x + dot(n, frame_.v) * way.y) / dot(n, frame_.w);
+  if (std::isfinite(change)) piece->height += std::clamp(change, -texel_, texel_);
 }
 
 ImageBuilder::Folded ImageBuilder::fold(int layers, const std::function<V3f(uint32_t)>& normal,

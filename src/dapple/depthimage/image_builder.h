@@ -25,8 +25,10 @@ class ImageBuilder {
 
   /// Two facets at an edge share no sample, and leave none out. MemoryError beyond most_pieces.
   void add(uint32_t facet, const V3f corners[3]);
-  /// For cut-outs: pieces may lose samples.
+  /// For cut-outs: pieces may lose samples, by keep_samples().
   std::vector<Piece>& pieces() { return pieces_; }
+  /// Leaves a piece of a facet with this normal the samples in `mask`.
+  void keep_samples(unsigned mask, const V3f& normal, Piece* piece) const;
   /// Barycentric weights of a place (in texels) on a facet, clamped to it.
   V3f weights(const V3f corners[3], const V2f& place) const;
   float texel() const { return texel_; }

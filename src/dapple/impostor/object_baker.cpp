@@ -206,6 +206,7 @@ void ObjectBaker::make_view(const Facets& facets, const ObjectImages& images, Jo
 // Each sample of a cut-out is there or not, by a draw that is the sample's own.
 void ObjectBaker::cut_out(const Facets& facets, Job* job) const {
   struct Question {
+    unsigned* kept;
     ImageBuilder::Piece* piece;
     int sample;
   } questions[batch];
@@ -217,13 +218,15 @@ void ObjectBaker::cut_out(const Facets& facets, Job* job) const {
     if (asked == 0) return;
     scene_.opacity(geometry, asked, primitive, u, v, times, alpha);
     for (int i = 0; i < asked; ++i) {
-      ImageBuilder::Piece& p = *questions[i].piece;
+      const ImageBuilder::Piece& p = *questions[i].piece;
       const uint64_t key = hash(job->resolution, job->view, p.texel, p.facet, questions[i].sample);
-      if (!(to_unit_float(key) < alpha[i])) p.mask = uint16_t(p.mask & ~(1u << questions[i].sample));
+      if (!(to_unit_float(key) < alpha[i])) *questions[i].kept &= ~(1u << questions[i].sample);
     }
     asked = 0;
   };
-  for (ImageBuilder::Piece& piece : job->builder->pieces()) {
+  std::vector<ImageBuilder::Piece>& pieces = job->builder->pieces();
+  std::vector<unsigned> kept(pieces.size(), ~0u);
+  for (ImageBuilder::Piece& piece : pieces) {
     const Facets::Facet& f = facets.all[piece.facet];
     const uint32_t its = facets.geometries[f.part];
     if (!is_cut_out(scene_.bindings[its])) continue;
@@ -234,12 +237,14 @@ void ObjectBaker::cut_out(const Facets& facets, Job* job) const {
       if (!(mask >> s & 1)) continue;
       const V3f w = job->builder->weights(f.p, texel + SampleMask::centroid(uint16_t(1u << s)));
       const V2f at = f.uv[0] * w.x + f.uv[1] * w.y + f.uv[2] * w.z;
-      questions[asked] = {&piece, s};
+      questions[asked] = {&kept[size_t(&piece - pieces.data())], &piece, s};
       primitive[asked] = f.primitive, u[asked] = at.x, v[asked] = at.y;
       if (++asked == batch) ask();
     }
   }
   ask();
+  for (size_t i = 0; i < pieces.size(); ++i)
+    if (kept[i] != ~0u) job->builder->keep_samples(kept[i], facets.all[pieces[i].facet].n, &pieces[i]);
 }
 
 // Normals, and the diffuse reflectance and transmittance at each fragment.

@@ -13,7 +13,7 @@ namespace {
 
 // Imath's vectors have copy constructors of their own: compilers copy what contains them number by number.
 void copy(const scattering::Bsdf& from, scattering::Bsdf* to) {
-  static_assert(std::is_trivially_destructible_v<scattering::Bsdf>);
+  static_assert(std::is_trivially_destructible_v<scattering::Bsdf> && std::is_standard_layout_v<scattering::Bsdf>);
   std::memcpy(static_cast<void*>(to), &from, sizeof from);
 }
 

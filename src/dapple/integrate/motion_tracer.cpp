@@ -42,7 +42,6 @@ struct Mean {
   double weight = 0;
   void add(const V3d& v, float w) {
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) return;
-    w = scene::joining_weight(w, weight);
     sum += v * double(w), weight += double(w);
   }
 };

@@ -79,6 +79,7 @@ struct Container {
   std::string with(std::string changed) const {
     if (!is_binary) return changed;
     changed.resize((changed.size() + 3) / 4 * 4, ' ');
+    if (20 + changed.size() + rest.size() > UINT32_MAX) throw std::out_of_range("glb");
     std::string out;
     for (const size_t word :
          {size_t(magic), size_t(2), 20 + changed.size() + rest.size(), changed.size(), size_t(json_chunk)})
@@ -89,6 +90,16 @@ struct Container {
   bool is_binary;
   std::string text, rest, binary;
 };
+
+size_t whole(const json& number) {
+  if (!number.is_number_unsigned()) throw std::out_of_range("number");
+  return number.get<size_t>();
+}
+
+size_t whole_or_0(const json& object, const char* name) {
+  const auto found = object.find(name);
+  return found == object.end() ? 0 : whole(*found);
+}
 
 // What does not fit throws: json's own exceptions, or std::out_of_range.
 class Attributes {
@@ -120,10 +131,11 @@ class Attributes {
   void find_in_meshes(std::set<size_t>* found) const {
     const auto add = [&](const json& attributes) {
       for (const auto& [name, accessor] : attributes.items())
-        if (is_float_for_assimp(name)) found->insert(accessor.get<size_t>());
+        if (is_float_for_assimp(name)) found->insert(whole(accessor));
     };
     for (const json& mesh : file_.value("meshes", json::array()))
       for (const json& primitive : mesh.at("primitives")) {
+        if (primitive.value("extensions", json::object()).contains("KHR_draco_mesh_compression")) continue;
         add(primitive.at("attributes"));
         for (const json& target : primitive.value("targets", json::array())) add(target);
       }
@@ -131,7 +143,7 @@ class Attributes {
 
   void find_in_animations(std::set<size_t>* found) const {
     for (const json& animation : file_.value("animations", json::array()))
-      for (const json& sampler : animation.at("samplers")) found->insert(sampler.at("output").get<size_t>());
+      for (const json& sampler : animation.at("samplers")) found->insert(whole(sampler.at("output")));
   }
 
   struct Numbers {
@@ -189,6 +201,7 @@ class Attributes {
     if (!is_new) return at->second;
     const std::string uri = file_.at("buffers").at(i).value("uri", std::string());
     const size_t comma = uri.find(',');
+    if (uri.empty() && i > 0) throw std::out_of_range("buffer");  // of an extension
     if (uri.empty())
       at->second = binary_;
     else if (uri.starts_with("data:"))
@@ -201,9 +214,9 @@ class Attributes {
   // `count` times `width` numbers of a buffer view, from `offset` on.
   std::vector<double> numbers(size_t view_index, size_t offset, int type, size_t count, size_t width) {
     const json& view = file_.at("bufferViews").at(view_index);
-    const std::string& bytes = buffer(view.at("buffer").get<size_t>());
-    const size_t begin = view.value("byteOffset", size_t(0)) + offset, size = size_of(type);
-    const size_t stride = std::max(view.value("byteStride", size_t(0)), size * width);
+    const std::string& bytes = buffer(whole(view.at("buffer")));
+    const size_t begin = whole_or_0(view, "byteOffset") + offset, size = size_of(type);
+    const size_t stride = std::max(whole_or_0(view, "byteStride"), size * width);
     if (begin > bytes.size() || (count > 0 && (bytes.size() - begin) / stride + 1 < count) ||
         (count > 0 && begin + (count - 1) * stride + size * width > bytes.size()))
       throw std::out_of_range("buffer view");
@@ -216,11 +229,10 @@ class Attributes {
 
   void convert(json* accessor) {
     const int type = accessor->at("componentType").get<int>();
-    const size_t count = accessor->at("count").get<size_t>(), width = width_of(*accessor);
+    const size_t count = whole(accessor->at("count")), width = width_of(*accessor);
     std::vector<double> values;
     if (accessor->contains("bufferView"))
-      values = numbers(accessor->at("bufferView").get<size_t>(), accessor->value("byteOffset", size_t(0)), type, count,
-                       width);
+      values = numbers(whole(accessor->at("bufferView")), whole_or_0(*accessor, "byteOffset"), type, count, width);
     else if (count <= size_t(1) << 28)
       values.assign(count * width, 0);
     else
@@ -240,12 +252,14 @@ class Attributes {
   }
 
   void replace(const json& sparse, int type, size_t width, std::vector<double>* values) {
-    const size_t count = sparse.at("count").get<size_t>();
+    const size_t count = whole(sparse.at("count"));
     const json &at = sparse.at("indices"), &by = sparse.at("values");
     const auto of = [&](const json& part, int component, size_t n) {
-      return numbers(part.at("bufferView").get<size_t>(), part.value("byteOffset", size_t(0)), component, count, n);
+      return numbers(whole(part.at("bufferView")), whole_or_0(part, "byteOffset"), component, count, n);
     };
-    const std::vector<double> indices = of(at, at.at("componentType").get<int>(), 1), given = of(by, type, width);
+    const int index_type = at.at("componentType").get<int>();
+    if (index_type != 5121 && index_type != 5123 && index_type != 5125) throw std::out_of_range("sparse indices");
+    const std::vector<double> indices = of(at, index_type, 1), given = of(by, type, width);
     for (size_t i = 0; i < count; ++i)
       for (size_t k = 0; k < width; ++k) values->at(size_t(indices[i]) * width + k) = given[i * width + k];
   }

@@ -176,7 +176,7 @@ void name_unknown_extensions(const json& file, Model* model) {
   if (!names || !names->is_array()) return;
   for (const json& name : *names) {
     const std::string text = name.is_string() ? name.get<std::string>() : "";
-    if (text.empty() || text.starts_with("KHR_materials_")) continue;
+    if (text.empty() || (text.starts_with("KHR_materials_") && text != "KHR_materials_variants")) continue;
     if (std::find(known.begin(), known.end(), text) == known.end())
       model->left_out.push_back("extension " + printable(text));
   }

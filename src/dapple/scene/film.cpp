@@ -104,7 +104,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     s.grid.level = kept(f.grid.level, &s.dropped), s.grid.shading_rate = kept(f.grid.shading_rate, &s.dropped);
   }
   s.weight += weight;
-  const float w = joining_weight(weight * kept(f.alpha, &s.dropped), double(s.hits));
+  const float w = weight * kept(f.alpha, &s.dropped);
   s.hits += w;
   for (int c = 0; c < 3; ++c) {
     s.position[c] += w * kept(f.position[c], &s.dropped);
