@@ -43,7 +43,7 @@ void check(const std::string& scene) {
       << "exit code " << result.exit_code << ", signal " << result.signal << "\n"
       << result.output;
   if (!sanitized()) {
-    EXPECT_LT(result.seconds, max_seconds);
+    EXPECT_LT(result.processor_seconds, 2 * max_seconds);  // of two threads
     EXPECT_LT(result.peak_rss_bytes, max_bytes);
   }
   if (result.exit_code == 3) {

@@ -21,6 +21,7 @@ TEST_P(Interrupt, WritesThePartialImage) {
   const std::string image = folder.file("image.exr");
   Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--resolution",
                    "64x64", "--pixel-samples", "1000000"});
+  ASSERT_TRUE(process.wait_until_it_answers(GetParam(), 60));
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
   EXPECT_FALSE(std::filesystem::exists(image)) << "written before it was whole";
   process.send(GetParam());
@@ -81,6 +82,7 @@ TEST(SecondSignal, OfTheOtherKindEndsTheProgramAtOnce) {
   Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", folder.file("a.exr"),
                    "--integrator", "distribution", "--diffuse-rays", "65536", "--radiosity-cache", "off",
                    "--irradiance-interpolation", "off"});  // a block takes minutes
+  ASSERT_TRUE(process.wait_until_it_answers(SIGINT, 60));
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
   process.send(SIGINT);
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -94,6 +96,7 @@ TEST_P(Interrupt, StopsWithinABlock) {
   const std::string image = folder.file("a.exr");
   Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--integrator",
                    "distribution", "--diffuse-rays", "65536", "--shadow-rays", "65536", "--resolution", "64x64"});
+  ASSERT_TRUE(process.wait_until_it_answers(GetParam(), 60));
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
   const auto start = std::chrono::steady_clock::now();
   process.send(GetParam());
@@ -110,6 +113,7 @@ TEST_P(Interrupt, EndsLoadingAndSetUp) {
   const std::string image = folder.file("a.exr");
   Process process({DAPPLE_BINARY, "render", source_path("scenes/subdivision/figures.pbrt"), "-o", image, "--resolution",
                    "4096x4096", "--crop", "0,0,8,8"});
+  ASSERT_TRUE(process.wait_until_it_answers(GetParam(), 60));
   std::this_thread::sleep_for(std::chrono::milliseconds(sanitized() ? 5000 : 2500));
   process.send(GetParam());
   const ProcessResult result = process.wait(sanitized() ? 60 : 8);

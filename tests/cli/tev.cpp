@@ -157,7 +157,7 @@ TEST(Tev, StuckHoldsUpNoInterrupt) {
   const auto begin = std::chrono::steady_clock::now();
   const ProcessResult result = process.wait(60);
   EXPECT_EQ(result.exit_code, 130) << result.output;
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(sanitized() ? 30 : 3)) << result.output;
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(sanitized() ? 30 : 10)) << result.output;
 }
 
 TEST(Tev, MayGoAwayOrNotBeThere) {

@@ -99,6 +99,8 @@ ProcessResult Process::wait(double timeout) {
   result.seconds = now() - start_;
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  result.processor_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   result.peak_rss_bytes = static_cast<uint64_t>(usage.ru_maxrss) * 1024;
   result.output = output();
   return result;
