@@ -29,8 +29,8 @@ struct ProcessResult {
   bool timed_out = false;  ///< killed by wait()
   double seconds = 0;
   double processor_seconds = 0;  ///< of all threads
-  uint64_t peak_rss_bytes = 0;  ///< the kernel's figure: at least the test's own size when it started the process
-  std::string output;           ///< standard output and standard error as they came
+  uint64_t peak_rss_bytes = 0;   ///< the kernel's figure: at least the test's own size when it started the process
+  std::string output;            ///< standard output and standard error as they came
 };
 
 /// A child process with its output in a file, so that it never waits for its reader.

@@ -6,9 +6,9 @@ namespace dapple::depthimage {
 /// Fitted numbers of layered images (docs/design/033).
 struct ImageNumbers {
   /// Pieces of surfaces in a texel are one fragment if the cosine between their normals is above the first, the way
-  /// from one to the other leaves the plane at an angle whose sine is at most the second, and their heights differ by no
-  /// more than so many texels. Leaves that lie behind each other must not be one: points between them are in more shade
-  /// than leaves that are seen.
+  /// from one to the other leaves the plane at an angle whose sine is at most the second, and their heights differ by
+  /// no more than so many texels. Leaves that lie behind each other must not be one: points between them are in more
+  /// shade than leaves that are seen.
   static constexpr float merge_cosine = 0.95f, merge_sine = 0.2f, merge_depth = 2;
   /// Of a texel, by which it is drawn beyond its border, so that no crack shows between neighbours on bent surfaces.
   static constexpr float overlap = 0.03f;
