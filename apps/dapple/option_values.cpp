@@ -106,7 +106,8 @@ CLI::Validator seed_check() {
   const auto check = [](const std::string& text) {
     uint64_t seed = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-    const bool is_octal = text.size() > 1 && text.front() == '0';  // to whom reads it
+    // The parser takes what begins with 0 for octal.
+    const bool is_octal = text.size() > 1 && text.front() == '0';
     const bool is_whole = error == std::errc() && end == text.data() + text.size() && !is_octal;
     return is_whole ? std::string() : "must be a whole number from 0 to 18446744073709551615, not " + text;
   };

@@ -205,9 +205,13 @@ void ObjectBaker::make_view(const Facets& facets, const ObjectImages& images, Jo
 
 // Each sample of a cut-out is there or not, by a draw that is the sample's own.
 void ObjectBaker::cut_out(const Facets& facets, Job* job) const {
-  struct Question {
-    unsigned* kept;
+  struct Cut {
     ImageBuilder::Piece* piece;
+    unsigned kept;
+  };
+  std::vector<Cut> cuts;
+  struct Question {
+    size_t cut;
     int sample;
   } questions[batch];
   int asked = 0;
@@ -218,33 +222,32 @@ void ObjectBaker::cut_out(const Facets& facets, Job* job) const {
     if (asked == 0) return;
     scene_.opacity(geometry, asked, primitive, u, v, times, alpha);
     for (int i = 0; i < asked; ++i) {
-      const ImageBuilder::Piece& p = *questions[i].piece;
+      Cut& cut = cuts[questions[i].cut];
+      const ImageBuilder::Piece& p = *cut.piece;
       const uint64_t key = hash(job->resolution, job->view, p.texel, p.facet, questions[i].sample);
-      if (!(to_unit_float(key) < alpha[i])) *questions[i].kept &= ~(1u << questions[i].sample);
+      if (!(to_unit_float(key) < alpha[i])) cut.kept &= ~(1u << questions[i].sample);
     }
     asked = 0;
   };
-  std::vector<ImageBuilder::Piece>& pieces = job->builder->pieces();
-  std::vector<unsigned> kept(pieces.size(), ~0u);
-  for (ImageBuilder::Piece& piece : pieces) {
+  for (ImageBuilder::Piece& piece : job->builder->pieces()) {
     const Facets::Facet& f = facets.all[piece.facet];
     const uint32_t its = facets.geometries[f.part];
     if (!is_cut_out(scene_.bindings[its])) continue;
     if (its != geometry) ask(), geometry = its;
     const V2f texel(float(piece.texel % uint32_t(job->resolution)), float(piece.texel / uint32_t(job->resolution)));
     const unsigned mask = piece.mask;
+    cuts.push_back({&piece, mask});
     for (int s = 0; s < SampleMask::count; ++s) {
       if (!(mask >> s & 1)) continue;
       const V3f w = job->builder->weights(f.p, texel + SampleMask::centroid(uint16_t(1u << s)));
       const V2f at = f.uv[0] * w.x + f.uv[1] * w.y + f.uv[2] * w.z;
-      questions[asked] = {&kept[size_t(&piece - pieces.data())], &piece, s};
+      questions[asked] = {cuts.size() - 1, s};
       primitive[asked] = f.primitive, u[asked] = at.x, v[asked] = at.y;
       if (++asked == batch) ask();
     }
   }
   ask();
-  for (size_t i = 0; i < pieces.size(); ++i)
-    if (kept[i] != ~0u) job->builder->keep_samples(kept[i], facets.all[pieces[i].facet].n, &pieces[i]);
+  for (const Cut& cut : cuts) job->builder->keep_samples(cut.kept, facets.all[cut.piece->facet].n, cut.piece);
 }
 
 // Normals, and the diffuse reflectance and transmittance at each fragment.
