@@ -24,6 +24,20 @@ inline std::string film(int size) {
   return "Film \"rgb\" \"integer xresolution\" " + n + " \"integer yresolution\" " + n + "\nPixelFilter \"box\"\n";
 }
 
+/// Forty octaves of noise, ten times over: more work than a few rays.
+inline std::string dear_material() {
+  std::string text = "Texture \"t0\" \"float\" \"fbm\" \"integer octaves\" 40\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string n = std::to_string(i), last = std::to_string(i - 1);
+    text += "Texture \"f" + n + "\" \"float\" \"fbm\" \"integer octaves\" 40 \"float roughness\" ." + n + "\n" +
+            "Texture \"t" + n + "\" \"float\" \"mix\" \"texture tex1\" \"t" + last + "\" \"texture tex2\" \"f" + n +
+            "\"\n";
+  }
+  return text +
+         "Texture \"dear\" \"spectrum\" \"scale\" \"rgb tex\" [ .5 .5 .5 ] \"texture scale\" \"t9\"\n"
+         "Material \"diffuse\" \"texture reflectance\" \"dear\"\n";
+}
+
 /// A room with a lamp, checks on its floor and two balls of `material`.
 inline std::string furnished_room(const std::string& material) {
   return film(48) + R"(LookAt 0 -3.2 1.2  0 0 .8  0 0 1

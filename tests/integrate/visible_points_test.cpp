@@ -56,17 +56,8 @@ TEST(VisiblePoints, OfSamplesNeedNoGridsWhereShadersAreCheap) {
   EXPECT_GT(lookups(render_built(built, 4, s), "grids"), 0u);
 }
 
-// Forty octaves of noise, ten times over: more work than a few rays.
 TEST(VisiblePoints, OfDearShadersLieOnGrids) {
-  std::string text = "Texture \"t0\" \"float\" \"fbm\" \"integer octaves\" 40\n";
-  for (int i = 1; i < 10; ++i) {
-    const std::string n = std::to_string(i), last = std::to_string(i - 1);
-    text += "Texture \"f" + n + "\" \"float\" \"fbm\" \"integer octaves\" 40 \"float roughness\" ." + n + "\n" +
-            "Texture \"t" + n + "\" \"float\" \"mix\" \"texture tex1\" \"t" + last + "\" \"texture tex2\" \"f" + n +
-            "\"\n";
-  }
-  text += "Texture \"dear\" \"spectrum\" \"scale\" \"rgb tex\" [ .5 .5 .5 ] \"texture scale\" \"t9\"\n";
-  const auto built = build_text(furnished_room(text + "Material \"diffuse\" \"texture reflectance\" \"dear\"\n"));
+  const auto built = build_text(furnished_room(test::dear_material()));
   EXPECT_GT(lookups(render_built(built, 4, of_samples(1, true)), "grids"), 0u);
 }
 

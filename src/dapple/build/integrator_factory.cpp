@@ -147,6 +147,31 @@ bool takes_noise_away(const scene::Scene& scene, const path::PathIntegrator& cac
   return ratio.value - ratio.error <= 1 - double(distribution::CacheNumbers::least_removed);
 }
 
+// Paths for the camera samples of a DistributionIntegrator of such settings, that end where it pays: in its answers, in
+// leaves, in both or nowhere. `answered`: the share of diffuse rays that cells will answer; `asked`: whether paths end
+// in them; empty: where that pays.
+std::unique_ptr<const path::PathIntegrator> make_camera_paths(
+    const scene::Scene& scene, const distribution::DistributionIntegrator::Settings& s, const IntegratorRequest& r,
+    std::shared_ptr<const integrate::RadiosityAnswers> answers, float answered, const std::optional<bool>& asked,
+    StopToken stop) {
+  path::PathIntegrator::Settings p = path_settings(s);
+  auto alone = std::make_unique<path::PathIntegrator>(scene, p);
+  const auto ended_in_leaves = [&] {
+    path::PathIntegrator::Settings ended = path_settings(s);
+    ended.leaf_answers = make_leaf_answers(scene, r, *alone, s.pixel_samples, stop);
+    return ended.leaf_answers ? std::make_unique<path::PathIntegrator>(scene, ended) : std::move(alone);
+  };
+  if (!asked && answered < distribution::CacheNumbers::least_answered) return ended_in_leaves();
+  const bool ends = r.leaf_answers.value_or(false);
+  if (ends) alone = ended_in_leaves();
+  p.leaf_answers = alone->leaf_answers();
+  p.radiosity = std::move(answers);
+  auto cached = std::make_unique<path::PathIntegrator>(scene, p);
+  if (asked || takes_noise_away(scene, *cached, *alone, s.pixel_samples, stop)) return cached;
+  if (ends) return alone;
+  return ended_in_leaves();
+}
+
 }  // namespace
 
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked,
@@ -208,22 +233,14 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
       log_warning("canopy answers: surfaces are shaded on grids here, and only paths end in leaves");
     return made;
   }
-  path::PathIntegrator::Settings p = path_settings(s);
-  auto alone = std::make_unique<path::PathIntegrator>(scene, p);
-  const auto ended_in_leaves = [&] {
-    path::PathIntegrator::Settings ended = path_settings(s);
-    ended.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
-    return ended.leaf_answers ? std::make_unique<path::PathIntegrator>(scene, ended) : std::move(alone);
-  };
-  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return ended_in_leaves();
-  const bool ends = r.leaf_answers.value_or(false);
-  if (ends) alone = ended_in_leaves();
-  p.leaf_answers = alone->leaf_answers();
-  p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
-  auto cached = std::make_unique<path::PathIntegrator>(scene, p);
-  if (asked.radiosity_cache || takes_noise_away(scene, *cached, *alone, samples, stop)) return cached;
-  if (ends) return alone;
-  return ended_in_leaves();
+  const float answered = made->answered();
+  if (made->needs_grids()) {  // these hold the paths, which do not hold them
+    made->set_paths(
+        make_camera_paths(scene, s, r, {std::shared_ptr<void>(), answers}, answered, asked.radiosity_cache, stop));
+    return made;
+  }
+  const std::shared_ptr<const distribution::DistributionIntegrator> kept = std::move(made);
+  return make_camera_paths(scene, s, r, {kept, answers}, answered, asked.radiosity_cache, stop);
 }
 
 }  // namespace dapple::build

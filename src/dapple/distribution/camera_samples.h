@@ -2,14 +2,14 @@
 #pragma once
 
 #include "dapple/distribution/grid_store.h"
-#include "dapple/integrate/camera_batch.h"
+#include "dapple/integrate/camera_paths.h"
 #include "dapple/integrate/light_sums.h"
 #include "dapple/integrate/ray_tracer.h"
 
 namespace dapple::distribution {
 
-/// What serves a camera sample: nothing that is to be shaded, points of a grid, or its own hit.
-enum class Source : uint8_t { nothing, grid, hit };
+/// What serves a camera sample: nothing that is to be shaded, points of a grid, its own hit, or a path that has lit it.
+enum class Source : uint8_t { nothing, grid, hit, path };
 
 constexpr int sample_level = 0;  ///< of camera samples in the recursion, and of grids
 
@@ -34,7 +34,11 @@ struct CameraSample {
   scene::PatchTable::Neighbours near;  ///< on the grid
   ShadingGrid::Parts wanted;           ///< of the grid
 
-  bool is_ready() const { return source == Source::nothing || (source == Source::grid && grid->has(wanted)); }
+  // Of a path, where that is the source.
+  RGB direct;
+  scene::Features features;
+
+  bool is_ready() const { return source == Source::nothing || source == Source::path || (source == Source::grid && grid->has(wanted)); }
 };
 
 /// One camera sample of each pixel of a block, what their rays met, and the light that they have so far.

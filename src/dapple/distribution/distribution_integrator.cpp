@@ -22,6 +22,7 @@ using integrate::CacheCounts;
 using integrate::CacheState;
 using integrate::CameraBatch;
 using integrate::Integrator;
+using integrate::PathSamples;
 using integrate::PointBatch;
 using integrate::Resolution;
 using integrate::resolution_count;
@@ -70,6 +71,7 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (settings.visible_points == VisiblePoints::samples && radiosity_) survey_readers();
   if (radiosity_) answers_.emplace(shading_, shader_, *radiosity_, groups_);
+  for (uint32_t g = 0; g < scene.bindings.size(); ++g) on_grids_.push_back(hider_.is_gridded_wherever_met(g));
 }
 
 void DistributionIntegrator::survey_readers() {
@@ -85,13 +87,24 @@ void DistributionIntegrator::survey_readers() {
   readers_ = found;
 }
 
-bool DistributionIntegrator::samples_are_paths() const {
-  const auto needs_grids = [](const auto& m) { return m->work() > GridNumbers::cheap_work || m->has_subsurface(); };
+bool DistributionIntegrator::samples_may_be_paths() const {
   return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
          scene_.camera_medium == scene::vacuum &&
          // Paths follow metal and coats; these count as diffuse here.
-         (settings_.shading.caustics || !readers_->view_dependent) &&
-         std::none_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
+         (settings_.shading.caustics || !readers_->view_dependent);
+}
+
+bool DistributionIntegrator::needs_grids() const {
+  return std::any_of(on_grids_.begin(), on_grids_.end(), [](uint8_t on) { return on; });
+}
+
+void DistributionIntegrator::set_paths(std::unique_ptr<const integrate::CameraPaths> paths) {
+  paths_ = std::move(paths);
+  const std::vector<CacheState> all = caches();
+  for (const CacheState& c : paths_->caches()) {
+    const auto same = std::find_if(all.begin(), all.end(), [&c](const CacheState& a) { return a.name == c.name; });
+    cache_of_paths_.push_back(size_t(same - all.begin()));
+  }
 }
 
 std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_interpolator() const {
@@ -126,6 +139,10 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
     c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
   if (interpolator_) w->grids.interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
   if (logs_) w->shading.cache_log = logs_->add();
+  if (paths_) {
+    w->paths = paths_->make_workspace();
+    w->path_samples = std::make_unique<PathSamples>(groups_);
+  }
   return w;
 }
 
@@ -137,15 +154,39 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     w.begin_block();
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       const uint32_t sample = work.first_sample + i;
-      hider_.locate(box, sample, w.sets, w.camera, w.shading);
-      if (settings_.chooses_points()) hider_.choose_points(box, sample, w.sets, w.chosen, w.camera, w.shading);
-      if (scene_.has_media()) add_media(w, film);
+      if (paths_) trace_paths(box, sample, work.stop, w, film);
+      locate(box, sample, w);
+      if (settings_.chooses_points() && hider_.sees_small_patches(w.camera)) {
+        if (!w.chosen.known) {
+          hider_.choose_points(box, w.sets, w.chosen, w.camera, w.shading);
+          locate(box, sample, w);
+        }
+        hider_.lend_points(w.chosen, w.camera);
+      }
+      if (scene_.has_media() && !paths_) add_media(w, film);
       finder_.find_points(w.camera, w.finder, w.claimed, w.shading);
       finisher_.add(w.camera, w.finder.held, w.finisher, w.shading, film);
       shade_when_it_pays(w, film);
     }
   });
   collect_counts(w);
+}
+
+void DistributionIntegrator::trace_paths(const Box2i& pixels, uint32_t sample, const StopToken& stop,
+                                         DistributionWorkspace& w, scene::Film& film) const {
+  PathSamples& s = *w.path_samples;
+  s.camera.generate(scene_, pixels, sample, w.sets);
+  paths_->trace(on_grids_, film.settings(), stop, s, *w.paths);
+  for (int p = 0; film.settings().air && p < s.camera.count; ++p)
+    film.add_air(s.camera.pixel[p].x, s.camera.pixel[p].y, s.camera.film_weight[p],
+                 s.left[p] ? scene::AirFeatures() : s.air[p]);
+}
+
+void DistributionIntegrator::locate(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
+  if (paths_)
+    hider_.locate(*w.path_samples, w.camera, w.shading);
+  else
+    hider_.locate(pixels, sample, w.sets, w.camera, w.shading);
 }
 
 void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const {
@@ -160,6 +201,13 @@ void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> 
 void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
   w.rays += std::exchange(w.shading.rays, {});
   w.stages += std::exchange(w.shading.stages, {});
+  if (paths_) {
+    w.rays += std::exchange(w.paths->rays, {});
+    w.stages += std::exchange(w.paths->stages, {});
+    w.shafts += std::exchange(w.paths->shafts, {});
+    for (size_t c = 0; c < cache_of_paths_.size(); ++c)
+      w.caches[cache_of_paths_[c]] += std::exchange(w.paths->caches[c], {});
+  }
   CacheCounts* to = w.caches.data();
   *to += std::exchange(w.finder.counts, {});
   to++->fill_seconds += std::exchange(w.grids.seconds, 0);

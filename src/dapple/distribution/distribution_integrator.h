@@ -30,15 +30,22 @@ class DistributionIntegrator final : public integrate::Integrator {
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   void finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const override;
 
+  /// Of camera samples that are paths; no light of the others counts as direct.
+  bool tells_direct() const override { return paths_ != nullptr; }
   void begin_again() const override { grids_.clear(); }
   std::vector<integrate::CacheState> caches() const override;
   integrate::ShaftTables shaft_tables() const override {
     return settings_.shading.shafts ? settings_.shading.shafts->tables() : integrate::ShaftTables();
   }
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
-  /// Where nothing is shaded on grids or in media, camera samples may be traced as paths, sooner: those end their
-  /// diffuse rays in these answers. Null where they may not.
-  const integrate::RadiosityAnswers* answers() const { return samples_are_paths() ? &*answers_ : nullptr; }
+  /// Camera samples that no grids serve may be traced as paths, sooner: those end their diffuse rays in these answers.
+  /// Null where they may not.
+  const integrate::RadiosityAnswers* answers() const { return samples_may_be_paths() ? &*answers_ : nullptr; }
+  /// Something is shaded on grids, so that not all camera samples may be paths.
+  bool needs_grids() const;
+  /// Traces camera samples that need no grids as such paths, which may read answers(). To be called before anything is
+  /// rendered, if at all, where there are answers().
+  void set_paths(std::unique_ptr<const integrate::CameraPaths> paths);
   /// Share of the diffuse rays that cells of the cache will answer (ReaderSurvey), as far as that is known.
   float answered() const { return readers_ ? readers_->answered : 1; }
   /// What was surveyed, for DistributionSettings::readers; null: nothing.
@@ -49,7 +56,10 @@ class DistributionIntegrator final : public integrate::Integrator {
   void survey_readers();
   std::vector<integrate::CacheState> with_mask_state(std::vector<integrate::CacheState> states) const;
   void add_media(DistributionWorkspace& w, scene::Film& film) const;
-  bool samples_are_paths() const;
+  bool samples_may_be_paths() const;
+  void trace_paths(const Box2i& pixels, uint32_t sample, const StopToken& stop, DistributionWorkspace& w,
+                   scene::Film& film) const;
+  void locate(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const;
   void shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const;
   void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
   void finish_all(DistributionWorkspace& w, scene::Film& film) const;
@@ -84,6 +94,9 @@ class DistributionIntegrator final : public integrate::Integrator {
   const std::unique_ptr<gi::CacheLogs> logs_;
   std::optional<PathAnswers> answers_;
   std::shared_ptr<const SurveyedReaders> readers_;
+  std::vector<uint8_t> on_grids_;  // by geometry: what paths leave to grids
+  std::unique_ptr<const integrate::CameraPaths> paths_;
+  std::vector<size_t> cache_of_paths_;  // which of caches() theirs are
 };
 
 }  // namespace dapple::distribution

@@ -14,6 +14,9 @@ struct DistributionWorkspace final : integrate::Integrator::Workspace {
   PixelSets sets{1, 0};  ///< of the work at hand
   ShadingWorkspace shading;
   CameraSamples camera;
+  // Camera samples that need no grids, where paths light these; null: nowhere.
+  std::unique_ptr<integrate::Integrator::Workspace> paths;
+  std::unique_ptr<integrate::PathSamples> path_samples;
   Hider::Chosen chosen;
   GridFinder::Scratch finder;
   ClaimedPoints claimed;

@@ -9,6 +9,7 @@ namespace dapple::distribution {
 
 using integrate::CameraBatch;
 using integrate::MaterialTable;
+using integrate::PathSamples;
 using integrate::RayTracer;
 using trace::no_id;
 
@@ -35,38 +36,65 @@ void Hider::locate_spread(uint32_t first, int n, uint64_t set, CameraSamples& s,
   locate_hits(s, w);
 }
 
-void Hider::choose_points(const Box2i& pixels, uint32_t sample, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
-                          ShadingWorkspace& w) const {
-  const auto is_small = [&s](int p) {
-    return s.sample[p].source == Source::grid && PixelPoints::is_small(s.sample[p].point.grid);
-  };
-  bool any = false;
-  for (int p = 0; p < s.count(); ++p) any |= is_small(p);
-  if (!any) return;
-  if (!chosen.known) {
-    chosen.points.clear();
-    // A crop shows that part of the whole: what pixels beyond it choose counts too.
-    const Box2i block = CameraBatch::block_around(pixels, shading_.scene.film.resolution);
-    for (uint32_t first = 0; first < std::min(uint32_t(settings_.pixel_samples), GridNumbers::first_samples); ++first) {
-      locate(block, first, sets, s, w);
-      for (int p = 0; p < s.count(); ++p)
-        if (is_small(p))
-          chosen.points.consider(shading_.scene, CameraBatch::in_block(s.camera.pixel[p]), settings_.pixel_points,
-                                 s.sample[p].point);
+void Hider::locate(const PathSamples& traced, CameraSamples& s, ShadingWorkspace& w) const {
+  s.camera = traced.camera;
+  start(s);
+  const bool colored = shading_.scene.traced.has_colored_opacity();
+  for (int p = 0; p < s.count(); ++p) {
+    if (traced.left[p]) {
+      s.hits.copy_lane(p, traced.hits, p);
+      s.distance[p] = s.hits.t[p];
+      s.passed[p] = s.camera.ray[p].weight * (colored ? s.hits.weight(p) : RGB(1));
+    } else {
+      s.hits.geometry[p] = no_id;
+      s.distance[p] = 0;  // nothing is left to do there
+      s.L.set(p, traced.L.at(p));
     }
-    chosen.points.close();
-    chosen.known = true;
-    locate(pixels, sample, sets, s, w);
   }
-  for (int p = 0; p < s.count(); ++p)
-    if (is_small(p)) {
-      const int pixel = CameraBatch::in_block(s.camera.pixel[p]);
-      chosen.points.lend(shading_.scene, pixel, settings_.pixel_points, hash(s.camera.seed[p], s.camera.index[p]),
-                         &s.sample[p].point);
-    }
+  locate_hits(s, w);
+  for (int p = 0; p < s.count(); ++p) {
+    if (traced.left[p]) continue;
+    s.sample[p].source = Source::path;
+    s.sample[p].direct = traced.direct[p];
+    s.sample[p].features = traced.features[p];
+  }
 }
 
-void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
+namespace {
+bool sees_small(const CameraSample& s) {
+  return s.source == Source::grid && PixelPoints::is_small(s.point.grid);
+}
+}  // namespace
+
+bool Hider::sees_small_patches(const CameraSamples& s) const {
+  return std::any_of(s.sample, s.sample + s.count(), sees_small);
+}
+
+void Hider::choose_points(const Box2i& pixels, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
+                          ShadingWorkspace& w) const {
+  chosen.points.clear();
+  // A crop shows that part of the whole: what pixels beyond it choose counts too.
+  const Box2i block = CameraBatch::block_around(pixels, shading_.scene.film.resolution);
+  for (uint32_t first = 0; first < std::min(uint32_t(settings_.pixel_samples), GridNumbers::first_samples); ++first) {
+    locate(block, first, sets, s, w);
+    for (int p = 0; p < s.count(); ++p)
+      if (sees_small(s.sample[p]))
+        chosen.points.consider(shading_.scene, CameraBatch::in_block(s.camera.pixel[p]), settings_.pixel_points,
+                               s.sample[p].point);
+  }
+  chosen.points.close();
+  chosen.known = true;
+}
+
+void Hider::lend_points(const Chosen& chosen, CameraSamples& s) const {
+  for (int p = 0; p < s.count(); ++p)
+    if (sees_small(s.sample[p]))
+      chosen.points.lend(shading_.scene, CameraBatch::in_block(s.camera.pixel[p]), settings_.pixel_points,
+                         hash(s.camera.seed[p], s.camera.index[p]), &s.sample[p].point);
+}
+
+// Of all samples: their rays from the camera, which have met nothing.
+void Hider::start(CameraSamples& s) const {
   const CameraBatch& c = s.camera;
   const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
   for (int p = 0; p < s.count(); ++p) {
@@ -76,6 +104,10 @@ void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
     s.medium[p] = shading_.scene.camera_medium;
     s.L.clear(p);
   }
+}
+
+void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
+  start(s);
   RayTracer::Flights* const flights = shading_.scene.has_media() ? &s.flights : nullptr;
   if (const light::ShaftLight* shafts = shading_.settings.shafts.get()) {
     s.flights.certain = shafts->medium();

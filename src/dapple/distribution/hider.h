@@ -16,6 +16,9 @@ class Hider {
   /// Emission goes to s.L.
   void locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, CameraSamples& s, ShadingWorkspace& w) const;
 
+  /// The same of samples that were traced: what paths have lit is done (Source::path).
+  void locate(const integrate::PathSamples& traced, CameraSamples& s, ShadingWorkspace& w) const;
+
   /// The same for samples [first, first + n) of a set that is spread over the whole film.
   void locate_spread(uint32_t first, int n, uint64_t set, CameraSamples& s, ShadingWorkspace& w) const;
 
@@ -24,11 +27,13 @@ class Hider {
     PixelPoints points;
     bool known = false;
   };
-  /// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Replaces what samples see
-  /// by what stands for it. Which, follows from the scene and the first samples, which each pass traces once more: that
-  /// costs less than to keep it.
-  void choose_points(const Box2i& pixels, uint32_t sample, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
+  /// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the
+  /// scene and the first samples, which each pass traces once more: that costs less than to keep it. Uses up `s`.
+  void choose_points(const Box2i& pixels, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
                      ShadingWorkspace& w) const;
+  bool sees_small_patches(const CameraSamples& s) const;
+  /// Replaces what samples see by what stands for it.
+  void lend_points(const Chosen& chosen, CameraSamples& s) const;
 
   /// Names the tile of shading points that serves sample p; `finer`: than its pixel asks for, in length.
   bool dice(int p, float finer, CameraSamples& s, ShadingWorkspace& w) const;
@@ -39,12 +44,17 @@ class Hider {
     return !shading_.materials.is_random(geometry) &&
            (settings_.visible_points == VisiblePoints::grids || !shading_.is_cheap(geometry));
   }
+  /// The same, and no ray goes through it.
+  bool is_gridded_wherever_met(uint32_t geometry) const {
+    return is_gridded(geometry) && !shading_.materials.lets_through(geometry);
+  }
   /// The shader of what is seen there reads tangents for each sample, not for shading points alone.
   bool needs_tangents(uint32_t geometry) const {
     return shading_.materials.needs_tangents(geometry) && !shading_.materials.is_view_independent(geometry);
   }
 
  private:
+  void start(CameraSamples& s) const;
   void trace(CameraSamples& s, ShadingWorkspace& w) const;
   void locate_hits(CameraSamples& s, ShadingWorkspace& w) const;
 

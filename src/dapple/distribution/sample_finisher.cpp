@@ -79,7 +79,8 @@ void SampleFinisher::finish(LightSums& L, Scratch& scratch, ShadingWorkspace& w,
   const bool wants_features = film.settings().features;
   const size_t groups = size_t(std::min(film.settings().light_groups, groups_));
   PointBatch& b = w.level(sample_level);
-  if (wants_features) std::fill_n(scratch.features, scratch.count, scene::Features());
+  for (int i = 0; wants_features && i < scratch.count; ++i)
+    scratch.features[i] = scratch.sample[i]->source == Source::path ? scratch.sample[i]->features : scene::Features();
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;
     for (int i = 0; i < scratch.count; ++i) {
@@ -110,7 +111,8 @@ void SampleFinisher::finish(LightSums& L, Scratch& scratch, ShadingWorkspace& w,
   for (int i = 0; i < scratch.count; ++i) {
     const CameraSample& s = *scratch.sample[i];
     const int l = scratch.sample_L[i];
-    film.add(s.pixel.x, s.pixel.y, s.film_weight, L[l], scratch.features[i], L.parts(l).first(groups));
+    film.add(s.pixel.x, s.pixel.y, s.film_weight, L[l], scratch.features[i], L.parts(l).first(groups),
+             s.source == Source::path ? s.direct : RGB());
   }
 }
 

@@ -29,6 +29,7 @@ class LightSums {
 
   explicit LightSums(int groups) : groups_(groups), parts_(size_t(groups) * capacity) {}
 
+  int groups() const { return groups_; }
   const RGB& operator[](int i) const { return sums_[i]; }
   std::span<const RGB> parts(int i) const { return {parts_.data() + i * groups_, size_t(groups_)}; }
   LightParts at(int i) const { return {sums_[i], parts_.data() + i * groups_}; }
@@ -61,6 +62,11 @@ class LightSums {
   void set(int i, const LightParts& light) {
     clear(i);
     add(i, light);
+  }
+  /// Whose parts nobody asks for.
+  void set_alone(int i, const RGB& sum) {
+    clear(i);
+    sums_[i] = sum;
   }
   /// linear(a, b): a function that is linear in both, of the elements i of these.
   template <class Linear>

@@ -23,6 +23,7 @@ using integrate::CameraBatch;
 using integrate::describe;
 using integrate::Integrator;
 using integrate::offset_origin;
+using integrate::PathSamples;
 using integrate::ShadowRay;
 using integrate::TileWork;
 using scattering::Bsdf;
@@ -113,12 +114,16 @@ std::vector<CacheState> PathIntegrator::caches() const {
   return states;
 }
 
+void PathIntegrator::prepare(const Film::Settings& film, const StopToken& stop, PathWorkspace& w) const {
+  w.shadow_scratch.stop = stop;
+  w.wants_features = film.features;
+  w.wants_air = film.air;
+  w.keep_groups(scene_.light_groups, film.light_groups);
+}
+
 void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
   auto& w = static_cast<PathWorkspace&>(workspace);
-  w.shadow_scratch.stop = work.stop;
-  w.wants_features = film.settings().features;
-  w.wants_air = film.settings().air;
-  w.keep_groups(scene_.light_groups, film.settings().light_groups);
+  prepare(film.settings(), work.stop, w);
   const PixelSets sets(work.pixel_samples, settings_.seed);
   for (uint32_t i = 0; i < work.sample_count; ++i)
     CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
@@ -131,6 +136,52 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
         film.add_air(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.air[p]);
     });
   ends_.collect_counts(w);
+}
+
+void PathIntegrator::trace(const std::vector<uint8_t>& others, const Film::Settings& film, const StopToken& stop,
+                           PathSamples& s, Workspace& workspace) const {
+  auto& w = static_cast<PathWorkspace&>(workspace);
+  prepare(film, stop, w);
+  w.camera = s.camera;
+  start_paths(w);
+  scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
+  leave(others, s, w);
+  take_step(0, w);
+  trace_paths(1, w);
+  if (flights_) trace_straight_flights(w);
+  for (int p = 0; p < w.path_count; ++p) {
+    if (s.left[p]) continue;
+    if (s.L.groups() <= w.group_count)
+      s.L.set(p, {w.L[p], w.parts(p).data()});
+    else
+      s.L.set_alone(p, w.L[p]);
+    s.direct[p] = w.direct[p];
+    s.features[p] = w.features[p];
+    s.air[p] = w.air[p];
+  }
+  ends_.collect_counts(w);
+}
+
+// Takes out of w.now what others want.
+void PathIntegrator::leave(const std::vector<uint8_t>& others, PathSamples& s, PathWorkspace& w) {
+  std::fill_n(s.left, s.camera.count, false);
+  PathWorkspace::Rays& rays = *w.now;
+  int kept = 0;
+  for (int i = 0; i < rays.count; ++i) {
+    const int p = rays.path[i];
+    s.left[p] = w.hit.geometry[i] != no_id && others[w.hit.geometry[i]];
+    if (s.left[p]) {
+      s.hits.copy_lane(p, w.hit, i);
+      continue;
+    }
+    if (kept != i) {
+      rays.batch.copy_lane(kept, rays.batch, i);
+      rays.path[kept] = p;
+      w.hit.copy_lane(kept, w.hit, i);
+    }
+    ++kept;
+  }
+  rays.count = kept;
 }
 
 void PathIntegrator::start_paths(PathWorkspace& w) const {

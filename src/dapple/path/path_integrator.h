@@ -3,7 +3,7 @@
 
 #include "dapple/forest/ground_visibility.h"
 #include "dapple/forest/mask_visibility.h"
-#include "dapple/integrate/integrator.h"
+#include "dapple/integrate/camera_paths.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/light/light_learning.h"
@@ -18,7 +18,7 @@ namespace dapple::path {
 /// Unbiased path tracing with next event estimation and multiple importance sampling (Veach 1997): the reference all
 /// cached and approximate results are held against. Paths advance together, 256 of a block of pixels at a time: each
 /// step traces all their rays, then shades all their hits, then traces all their shadow rays.
-class PathIntegrator final : public integrate::Integrator {
+class PathIntegrator final : public integrate::CameraPaths {
  public:
   struct Settings {
     int diffuse_bounces = 4;  ///< diffuse scatterings of indirect light (scattering/lobes.h); 0 = direct light only
@@ -58,6 +58,8 @@ class PathIntegrator final : public integrate::Integrator {
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  void trace(const std::vector<uint8_t>& others, const scene::Film::Settings& film, const StopToken& stop,
+             integrate::PathSamples& s, Workspace& workspace) const override;
   std::vector<integrate::CacheState> caches() const override;
   bool tells_direct() const override { return true; }
   bool samples_are_independent() const override { return !ends_in_cache(); }
@@ -87,8 +89,10 @@ class PathIntegrator final : public integrate::Integrator {
 
  private:
   void learn();
+  void prepare(const scene::Film::Settings& film, const StopToken& stop, PathWorkspace& w) const;
   std::vector<light::LightPoint> find_light_points() const;
   void start_paths(PathWorkspace& w) const;
+  static void leave(const std::vector<uint8_t>& others, integrate::PathSamples& s, PathWorkspace& w);
   void trace_paths(uint32_t first_step, PathWorkspace& w) const;
   void take_step(uint32_t step, PathWorkspace& w) const;
   void shade_points(uint32_t step, PathWorkspace& w) const;

@@ -47,6 +47,9 @@ struct RayBatch {
     width[i] = ray_width, spread[i] = ray_spread;
     joined[i] = false;
   }
+  void copy_lane(int to, const RayBatch& o, int from) {
+    set(to, o.origin(from), o.direction(from), o.t_max[from], o.time[from], o.key[from], o.width[from], o.spread[from]);
+  }
   V3f origin(int i) const { return {ox[i], oy[i], oz[i]}; }
   V3f direction(int i) const { return {dx[i], dy[i], dz[i]}; }
 };
