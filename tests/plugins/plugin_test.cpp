@@ -55,6 +55,19 @@ TEST(Toon, OtherSurfacesReceiveLightWithoutTheEffect) {
   }
 }
 
+// A mirror that shows a wall of ink: in a frame of which a part is traced as paths, stages that see light still run.
+TEST(Toon, IsSeenInMirrors) {
+  const Rendered r = render_world(
+      "Material \"conductor\" \"float roughness\" 0\n"
+      "Shape \"bilinearmesh\" \"point3 P\" [ -2 -2 2  2 -2 -2  -2 2 2  2 2 -2 ]\n" +
+          plugin(examples + "/libtoon.so", R"("float rim" 2 "rgb ink" [ 9 0 0 ])") +
+          "Shape \"bilinearmesh\" \"point3 P\" [ 3 -2 -3  3 2 -3  3 -2 3  3 2 3 ]\n",
+      {"--preset", "preview", "--bounces", "1"});
+  ASSERT_EQ(r.run.exit_code, 0) << r.run.output;
+  EXPECT_GT(r.mean[0], 4);
+  EXPECT_LT(r.mean[1], 1e-3);
+}
+
 double fresnel(double cos_i, double n) {  // from outside; unpolarised
   const double cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / (n * n));
   const double s = (cos_i - n * cos_t) / (cos_i + n * cos_t), p = (n * cos_i - cos_t) / (n * cos_i + cos_t);

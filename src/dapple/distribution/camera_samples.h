@@ -38,7 +38,9 @@ struct CameraSample {
   RGB direct;
   scene::Features features;
 
-  bool is_ready() const { return source == Source::nothing || source == Source::path || (source == Source::grid && grid->has(wanted)); }
+  bool is_ready() const {
+    return source == Source::nothing || source == Source::path || (source == Source::grid && grid->has(wanted));
+  }
 };
 
 /// One camera sample of each pixel of a block, what their rays met, and the light that they have so far.

@@ -28,6 +28,7 @@ using integrate::Resolution;
 using integrate::resolution_count;
 using integrate::resolution_names;
 using integrate::TileWork;
+using shading::Stage;
 using vegetation::mask_cache;
 
 namespace {
@@ -87,11 +88,17 @@ void DistributionIntegrator::survey_readers() {
   readers_ = found;
 }
 
+// Paths do without the stages that see light, wherever they meet such a shader.
 bool DistributionIntegrator::samples_may_be_paths() const {
+  const auto sees_light = [](const auto& material) {
+    const shading::StageSet stages = material->stages();
+    return stages.has(Stage::diffuselighting) || stages.has(Stage::specularlighting) || stages.has(Stage::postlighting);
+  };
   return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
          scene_.camera_medium == scene::vacuum &&
          // Paths follow metal and coats; these count as diffuse here.
-         (settings_.shading.caustics || !readers_->view_dependent);
+         (settings_.shading.caustics || !readers_->view_dependent) &&
+         std::none_of(scene_.materials.begin(), scene_.materials.end(), sees_light);
 }
 
 bool DistributionIntegrator::needs_grids() const {
