@@ -19,15 +19,16 @@ std::string quoted(int argc, char** argv) {
   return line;
 }
 
-// The parser would only say that a command is missing.
+// The parser would only say that a command is missing. `argv`: what follows the command that `app` is.
 void check_command(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
+  if (argc < 1 || argv[0][0] == '-' || app.get_require_subcommand_min() == 0) return;
   std::string known;
   for (const CLI::App* sub : app.get_subcommands({})) {
-    if (sub->get_name() == argv[1]) return;
+    if (sub->get_name() == argv[0]) return check_command(*sub, argc - 1, argv + 1);
     known += (known.empty() ? "" : ", ") + sub->get_name();
   }
-  throw dapple::UsageError("unknown command \"" + std::string(argv[1]) + "\"; expected one of: " + known);
+  const std::string of = app.get_parent() ? " of dapple " + app.get_name() : "";
+  throw dapple::UsageError("unknown command \"" + std::string(argv[0]) + "\"" + of + "; expected one of: " + known);
 }
 
 int run(int argc, char** argv) {
@@ -59,7 +60,7 @@ int run(int argc, char** argv) {
   auto* plugin = app.add_subcommand("plugin-info", "Say what a shader plug-in is and which parameters it has");
   commands.emplace_back(plugin, dapple::app::add_plugin_info(*plugin));
 
-  check_command(app, argc, argv);
+  check_command(app, argc - 1, argv + 1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

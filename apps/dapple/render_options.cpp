@@ -193,8 +193,9 @@ std::vector<build::GainOverride> gains(const std::vector<std::string>& texts) {
     const size_t at = text.find('=');
     const std::string group = text.substr(0, at), value = at == std::string::npos ? "" : text.substr(at + 1);
     const size_t count = std::count(value.begin(), value.end(), ',') == 2 ? 3 : 1;
-    const std::vector<double> n =
-        numbers_of("--gain", value, count, "GROUP=NUMBER or GROUP=R,G,B, such as key=2 or key=2,1,.5");
+    const std::vector<double> n = numbers(value, ',', count);
+    if (n.empty())
+      throw UsageError("--gain: \"" + text + "\"; expected GROUP=NUMBER or GROUP=R,G,B, such as key=2 or key=2,1,.5");
     for (const double v : n) check_range("--gain", v, 0, build::most_gain, "");
     gains.push_back({group, RGB(float(n[0]), float(n[n.size() / 2]), float(n[n.size() - 1]))});
   }

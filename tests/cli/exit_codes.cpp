@@ -25,6 +25,10 @@ TEST(ExitCode, WrongUseIs2) {
   EXPECT_EQ(paint.exit_code, 2);
   EXPECT_NE(paint.output.find("unknown command \"paint\"; expected one of: render, "), std::string::npos)
       << paint.output;
+  const ProcessResult plant = run_dapple({"trees", "plant"}, 60);
+  EXPECT_EQ(plant.exit_code, 2);
+  EXPECT_NE(plant.output.find("unknown command \"plant\" of dapple trees; expected one of: "), std::string::npos)
+      << plant.output;
   EXPECT_EQ(run_dapple({"render"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--no-such-option"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--pixel-samples", "-1"}, 60).exit_code, 2);
@@ -37,6 +41,8 @@ TEST(ExitCode, WrongUseIs2) {
 }
 
 TEST(ExitCode, GainsOfLightGroups) {
+  EXPECT_NE(run_dapple({"render", cornell, "--gain", "key:2"}, 60).output.find("--gain: \"key:2\"; expected GROUP="),
+            std::string::npos);
   ScratchFolder folder;
   const auto render = [&](const std::string& name, std::vector<std::string> options) {
     options.insert(options.begin(), {cornell, "-o", folder.file(name), "--float", "--integrator", "path"});

@@ -102,15 +102,55 @@ TEST(GltfAttributes, OfSparseIntegersAreRead) {
 
 TEST(GltfAttributes, OfFloatsAndDamagedOnesStayAsTheyAre) {
   const auto none = [](const std::string&) { return std::string(); };
-  EXPECT_EQ(with_float_attributes(gltf(float_positions, -1, data_uri()), none), "");
-  EXPECT_EQ(with_float_attributes(gltf(short_positions, coordinates, "m.bin"), none), "") << "a buffer without data";
-  EXPECT_EQ(with_float_attributes(gltf(17, coordinates, data_uri()), none), "") << "no such accessor";
-  EXPECT_EQ(with_float_attributes("{", none), "");
+  const auto repaired = [&](const std::string& file) { return repair_gltf(file, none).file; };
+  EXPECT_EQ(repaired(gltf(float_positions, -1, data_uri())), "");
+  EXPECT_EQ(repaired(gltf(short_positions, coordinates, "m.bin")), "") << "a buffer without data";
+  EXPECT_EQ(repaired(gltf(17, coordinates, data_uri())), "") << "no such accessor";
+  EXPECT_EQ(repaired("{"), "");
   const std::string whole = glb(gltf(short_positions, coordinates, ""));
-  EXPECT_NE(with_float_attributes(whole, none), "");
-  constexpr size_t unread = 44;  // the last two sparse views and the floats
-  for (size_t size = 0; size + unread < whole.size(); ++size)
-    EXPECT_EQ(with_float_attributes(whole.substr(0, size), none), "") << size << " bytes";
+  const auto shorts = [](const std::string& file) { return file.find("\"componentType\":5123") < file.size(); };
+  EXPECT_NE(repaired(whole), "");
+  constexpr size_t unread = 44, of_coordinates = 12;  // unread: the last two sparse views and the floats
+  size_t size = 0;
+  for (; size + of_coordinates + unread < whole.size(); ++size)
+    EXPECT_EQ(repaired(whole.substr(0, size)), "") << size << " bytes";
+  for (; size + unread < whole.size(); ++size) {
+    EXPECT_NE(repaired(whole.substr(0, size)), "") << size << " bytes: positions are there";
+    EXPECT_TRUE(shorts(repaired(whole.substr(0, size)))) << size;
+  }
+}
+
+// Two triangles, of which one names a vertex that is not there.
+TEST(GltfAttributes, FacesWithoutVerticesAreCountedAndNamed) {
+  std::string text = gltf(float_positions, -1, data_uri());
+  const auto insert = [&text](const std::string& before, const std::string& what) {
+    text.insert(text.find(before), what);
+  };
+  const std::string indices("\0\1\2\0\1\3", 6);
+  insert("],\n\"bufferViews\"",
+         R"(,{"byteLength":6,"uri":"data:application/octet-stream;base64,)" + test::base64(indices) + "\"}");
+  insert("],\n\"accessors\"", R"(,{"buffer":1,"byteLength":6})");
+  insert("],\n\"extensionsUsed\"", R"(,{"bufferView":6,"componentType":5121,"count":6,"type":"SCALAR"})");
+  insert("\"attributes\"", R"("indices":5,)");
+  const auto lost = [&] { return repair_gltf(text, [](const std::string&) { return std::string(); }).lost_faces; };
+  EXPECT_EQ(lost(), 1u);
+  const TempFolder folder;
+  Diagnostics diagnostics;
+  EXPECT_EQ(test::read(folder.write("m.gltf", text), {}, &diagnostics).shapes.size(), 1u);
+  std::string all;
+  for (const std::string& m : diagnostics.messages()) all += m;
+  EXPECT_NE(all.find("1 face with vertices that are not finite or missing"), std::string::npos) << all;
+  const size_t primitive = text.find("\"indices\":5");
+  const auto of_mode = [&](int mode) {
+    const std::string before = text;
+    text.insert(primitive, "\"mode\":" + std::to_string(mode) + ",");
+    const size_t n = lost();
+    text = before;
+    return n;
+  };
+  EXPECT_EQ(of_mode(5), 1u) << "a strip: 012 120 201 013";
+  EXPECT_EQ(of_mode(6), 1u) << "a fan: 012 020 001 013";
+  EXPECT_EQ(of_mode(1), 0u) << "lines";
 }
 
 TEST(GltfExtensions, OfNodesAndPicturesAreNamed) {

@@ -50,6 +50,12 @@ class RegularFiles final : public Assimp::DefaultIOSystem {
     if (extension == "obj") return repaired_obj(stream);
     return extension == "gltf" || extension == "glb" ? repaired_gltf(stream, file) : stream;
   }
+  /// GltfRepair's, of all files that were read.
+  size_t lost_faces() const {
+    size_t sum = 0;
+    for (const auto& [file, repair] : repaired_) sum += repair.lost_faces;
+    return sum;
+  }
 
  private:
   static std::string text_of(Assimp::IOStream* stream) {
@@ -76,18 +82,18 @@ class RegularFiles final : public Assimp::DefaultIOSystem {
                                                                                : nullptr);
       return other ? text_of(other.get()) : "";
     };
-    if (is_new) repaired->second = with_float_attributes(text_of(stream), read);
+    if (is_new) repaired->second = repair_gltf(text_of(stream), read);
     stream->Seek(0, aiOrigin_SET);
-    if (repaired->second.empty()) return stream;
+    if (repaired->second.file.empty()) return stream;
     delete stream;
-    return stream_of(repaired->second);
+    return stream_of(repaired->second.file);
   }
   static bool is_regular(const char* file) {
     struct stat s {};
     return file && stat(file, &s) == 0 && S_ISREG(s.st_mode);
   }
 
-  std::map<std::string, std::string> repaired_;
+  std::map<std::string, GltfRepair> repaired_;
 };
 
 bool is_usable(const aiVector3D& v) {
@@ -100,12 +106,14 @@ V3f finite_or_zero(const V3f& v) {
 
 class Converter {
  public:
-  Converter(const aiScene& scene, const std::string& path, const ModelTime& time)
+  /// `lost_faces`: what the importer has left out.
+  Converter(const aiScene& scene, const std::string& path, const ModelTime& time, size_t lost_faces)
       : scene_(scene),
         path_(path),
         time_(time),
         start_(scene, time.open),
-        end_(scene, time.open >= 0 && time.shutter > 0 ? time.open + time.shutter : time.open) {
+        end_(scene, time.open >= 0 && time.shutter > 0 ? time.open + time.shutter : time.open),
+        bad_faces_(lost_faces) {
     const std::string extension = image::extension_of(path);
     is_gltf_ = extension == "gltf" || extension == "glb";
     static const std::set<std::string> z_up = {"stl", "ply", "off", "3mf", "amf", "raw", "blend"},
@@ -393,7 +401,7 @@ class Converter {
   Model model_;
   std::vector<uint32_t> mesh_at_;
   scenefile::Triangulator triangulator_;
-  size_t thin_faces_ = 0, bad_faces_ = 0;
+  size_t thin_faces_ = 0, bad_faces_;
 };
 
 }  // namespace
@@ -406,7 +414,8 @@ M44d to_rows(const aiMatrix4x4& m) {
 
 Model read_by_assimp(const std::string& path, const ModelTime& time) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new RegularFiles);  // which it deletes
+  auto* const files = new RegularFiles;
+  importer.SetIOHandler(files);  // which it deletes
   const std::string extension = image::extension_of(path);
   const bool is_gltf = extension == "gltf" || extension == "glb";  // whose transforms gltf_extensions.h reads
   const aiScene* scene =
@@ -418,7 +427,7 @@ Model read_by_assimp(const std::string& path, const ModelTime& time) {
   };
   if (scene && !has_bones()) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
-  return Converter(*scene, path, time).convert();
+  return Converter(*scene, path, time, files->lost_faces()).convert();
 }
 
 }  // namespace dapple::modelfile

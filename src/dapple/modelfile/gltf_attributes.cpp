@@ -107,21 +107,71 @@ class Attributes {
   Attributes(json* file, const std::string& binary, const std::function<std::string(const std::string&)>& read)
       : file_(*file), binary_(binary), read_(read) {}
 
-  /// False where all are floats.
+  /// False where all are floats, or damaged.
   bool convert() {
     std::set<size_t> found;
     find_in_meshes(&found);
     find_in_animations(&found);
     std::erase_if(found, [&](size_t i) { return file_.at("accessors").at(i).at("componentType") == float_type; });
-    for (const size_t i : found) convert(&file_.at("accessors").at(i));
+    std::erase_if(found, [&](size_t i) { return !is_whole([&] { convert(&file_.at("accessors").at(i)); }); });
     if (found.empty()) return false;
     file_["buffers"].push_back(
         {{"byteLength", floats_.size()}, {"uri", "data:application/octet-stream;base64," + to_base64(floats_)}});
     return true;
   }
 
+  /// Triangles with indices of vertices that are not there.
+  size_t lost_faces() {
+    size_t lost = 0;
+    for_each_primitive([&](const json& primitive) { is_whole([&] { lost += lost_faces_of(primitive); }); });
+    return lost;
+  }
+
  private:
   static constexpr int float_type = 5126;
+
+  // Of one part of the file, which others do not need: false where it is damaged.
+  template <class Do>
+  static bool is_whole(const Do& use) {
+    try {
+      use();
+      return true;
+    } catch (const json::exception&) {
+    } catch (const std::out_of_range&) {
+    }
+    return false;
+  }
+
+  template <class Visit>
+  void for_each_primitive(const Visit& visit) const {
+    for (const json& mesh : file_.value("meshes", json::array()))
+      for (const json& primitive : mesh.at("primitives"))
+        if (!primitive.value("extensions", json::object()).contains("KHR_draco_mesh_compression")) visit(primitive);
+  }
+
+  size_t lost_faces_of(const json& primitive) {
+    constexpr int triangles = 4, fan = 6;
+    const int mode = primitive.value("mode", triangles);
+    if (!primitive.contains("indices") || mode < triangles || mode > fan) return 0;
+    const json& accessors = file_.at("accessors");
+    const json& indices = accessors.at(whole(primitive.at("indices")));
+    const auto vertices = double(whole(accessors.at(whole(primitive.at("attributes").at("POSITION"))).at("count")));
+    if (!indices.contains("bufferView") || indices.contains("sparse")) return 0;
+    const size_t count = whole(indices.at("count"));
+    size_t lost = 0, n = 0;
+    bool first = true;
+    std::array<bool, 3> is_lost{};  // of the last three indices
+    const auto add = [&](double index) {
+      is_lost[n++ % 3] = !(index < vertices);
+      first = n == 1 ? is_lost[0] : first;
+      if (n < 3 || (mode == triangles && n % 3 != 0)) return;
+      lost +=
+          mode == fan ? first || is_lost[(n - 1) % 3] || is_lost[(n - 2) % 3] : is_lost[0] || is_lost[1] || is_lost[2];
+    };
+    visit_numbers(whole(indices.at("bufferView")), whole_or_0(indices, "byteOffset"),
+                  indices.at("componentType").get<int>(), count, 1, add);
+    return lost;
+  }
 
   static bool is_float_for_assimp(const std::string& name) {
     return name == "POSITION" || name == "NORMAL" || name == "TANGENT" || name.starts_with("TEXCOORD_") ||
@@ -133,12 +183,10 @@ class Attributes {
       for (const auto& [name, accessor] : attributes.items())
         if (is_float_for_assimp(name)) found->insert(whole(accessor));
     };
-    for (const json& mesh : file_.value("meshes", json::array()))
-      for (const json& primitive : mesh.at("primitives")) {
-        if (primitive.value("extensions", json::object()).contains("KHR_draco_mesh_compression")) continue;
-        add(primitive.at("attributes"));
-        for (const json& target : primitive.value("targets", json::array())) add(target);
-      }
+    for_each_primitive([&](const json& primitive) {
+      add(primitive.at("attributes"));
+      for (const json& target : primitive.value("targets", json::array())) add(target);
+    });
   }
 
   void find_in_animations(std::set<size_t>* found) const {
@@ -211,8 +259,9 @@ class Attributes {
     return at->second;
   }
 
-  // `count` times `width` numbers of a buffer view, from `offset` on.
-  std::vector<double> numbers(size_t view_index, size_t offset, int type, size_t count, size_t width) {
+  // Calls visit(number) for `count` times `width` numbers of a buffer view, from `offset` on.
+  template <class Visit>
+  void visit_numbers(size_t view_index, size_t offset, int type, size_t count, size_t width, const Visit& visit) {
     const json& view = file_.at("bufferViews").at(view_index);
     const std::string& bytes = buffer(whole(view.at("buffer")));
     const size_t begin = whole_or_0(view, "byteOffset") + offset, size = size_of(type);
@@ -220,10 +269,13 @@ class Attributes {
     if (begin > bytes.size() || (count > 0 && (bytes.size() - begin) / stride + 1 < count) ||
         (count > 0 && begin + (count - 1) * stride + size * width > bytes.size()))
       throw std::out_of_range("buffer view");
-    std::vector<double> out;
-    out.reserve(count * width);
     for (size_t i = 0; i < count; ++i)
-      for (size_t k = 0; k < width; ++k) out.push_back(number_at(bytes.data() + begin + i * stride + k * size, type));
+      for (size_t k = 0; k < width; ++k) visit(number_at(bytes.data() + begin + i * stride + k * size, type));
+  }
+
+  std::vector<double> numbers(size_t view_index, size_t offset, int type, size_t count, size_t width) {
+    std::vector<double> out;
+    visit_numbers(view_index, offset, type, count, width, [&out](double v) { out.push_back(v); });
     return out;
   }
 
@@ -273,17 +325,18 @@ class Attributes {
 
 }  // namespace
 
-std::string with_float_attributes(const std::string& file,
-                                  const std::function<std::string(const std::string& uri)>& read) {
+GltfRepair repair_gltf(const std::string& file, const std::function<std::string(const std::string& uri)>& read) {
+  GltfRepair repair;
   try {
     const Container container(file);
     json content = json::parse(container.text);
     Attributes attributes(&content, container.binary, read);
-    return attributes.convert() ? container.with(content.dump()) : "";
+    repair.lost_faces = attributes.lost_faces();
+    if (attributes.convert()) repair.file = container.with(content.dump());
   } catch (const json::exception&) {
   } catch (const std::out_of_range&) {
   }
-  return "";
+  return repair;
 }
 
 }  // namespace dapple::modelfile

@@ -6,12 +6,17 @@
 
 namespace dapple::modelfile {
 
-/// The bytes of a glTF file (.gltf or .glb) whose integer vertex attributes and animation values (normalized texture
-/// coordinates and weights of glTF 2.0, section 3.6.2.2; KHR_mesh_quantization) are floats in a further buffer, as
-/// Assimp takes all but colours and joints to be. `read` gives the bytes of a file that a buffer names, "" where there
-/// is none. Empty where there is nothing to do, and where the file is damaged: Assimp says how. Allocates as the file
-/// asks for: for run_in_child() only.
-std::string with_float_attributes(const std::string& file,
-                                  const std::function<std::string(const std::string& uri)>& read);
+/// What Assimp would get wrong in a glTF file without a word.
+struct GltfRepair {
+  /// The bytes of the file with integer vertex attributes and animation values (normalized texture coordinates and
+  /// weights of glTF 2.0, section 3.6.2.2; KHR_mesh_quantization) as floats in a further buffer, as Assimp takes all
+  /// but colours and joints to be. Empty: there is nothing to do.
+  std::string file;
+  size_t lost_faces = 0;  ///< triangles with indices of vertices that are not there, which it leaves out
+};
+
+/// Of a .gltf or .glb file. `read` gives the bytes of a file that a buffer names, "" where there is none. What is
+/// damaged stays: Assimp says how. Allocates as the file asks for: for run_in_child() only.
+GltfRepair repair_gltf(const std::string& file, const std::function<std::string(const std::string& uri)>& read);
 
 }  // namespace dapple::modelfile
