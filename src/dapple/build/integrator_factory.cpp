@@ -135,39 +135,41 @@ std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& 
   return paths.learned_lights();
 }
 
-// Whether cells of the cache save more than they cost; where that is not certain they are read.
+// Whether cells of the cache save more than they cost in what is not for `others`; where that is not certain they are
+// read.
 bool takes_noise_away(const scene::Scene& scene, const path::PathIntegrator& cached, const path::PathIntegrator& alone,
-                      int samples, StopToken stop) {
+                      const std::vector<uint8_t>& others, const distribution::DistributionSettings& s) {
   scene::Film::Settings film;  // of the camera for which surfaces are diced, whatever is seen
   film.resolution = scene.camera.settings().resolution;
   film.signed_weights = scene.film.signed_weights;
-  const integrate::NoiseProbe probe(film, samples);
+  const integrate::NoiseProbe probe(film, s.pixel_samples);
   if (probe.has_too_few_boxes()) return true;
-  const integrate::NoiseProbe::Ratio ratio = probe.variance_ratio(cached, alone, stop);
+  const integrate::PathsAlone by_cells(scene, cached, others, s.shading.seed),
+      by_rays(scene, alone, others, s.shading.seed);
+  const integrate::NoiseProbe::Ratio ratio = probe.variance_ratio(by_cells, by_rays, s.stop);
   return ratio.value - ratio.error <= 1 - double(distribution::CacheNumbers::least_removed);
 }
 
-// Paths for the camera samples of a DistributionIntegrator of such settings, that end where it pays: in its answers, in
-// leaves, in both or nowhere. `answered`: the share of diffuse rays that cells will answer; `asked`: whether paths end
-// in them; empty: where that pays.
+// Paths for the camera samples of `grids`, of such settings, that end where it pays: in its answers, in leaves, in both
+// or nowhere. `answers`: its own; `asked`: whether paths end in them; empty: where that pays.
 std::unique_ptr<const path::PathIntegrator> make_camera_paths(
-    const scene::Scene& scene, const distribution::DistributionIntegrator::Settings& s, const IntegratorRequest& r,
-    std::shared_ptr<const integrate::RadiosityAnswers> answers, float answered, const std::optional<bool>& asked,
-    StopToken stop) {
+    const scene::Scene& scene, const distribution::DistributionSettings& s, const IntegratorRequest& r,
+    const distribution::DistributionIntegrator& grids, std::shared_ptr<const integrate::RadiosityAnswers> answers,
+    const std::optional<bool>& asked) {
   path::PathIntegrator::Settings p = path_settings(s);
   auto alone = std::make_unique<path::PathIntegrator>(scene, p);
   const auto ended_in_leaves = [&] {
     path::PathIntegrator::Settings ended = path_settings(s);
-    ended.leaf_answers = make_leaf_answers(scene, r, *alone, s.pixel_samples, stop);
+    ended.leaf_answers = make_leaf_answers(scene, r, *alone, s.pixel_samples, s.stop);
     return ended.leaf_answers ? std::make_unique<path::PathIntegrator>(scene, ended) : std::move(alone);
   };
-  if (!asked && answered < distribution::CacheNumbers::least_answered) return ended_in_leaves();
+  if (!asked && grids.answered() < distribution::CacheNumbers::least_answered) return ended_in_leaves();
   const bool ends = r.leaf_answers.value_or(false);
   if (ends) alone = ended_in_leaves();
   p.leaf_answers = alone->leaf_answers();
   p.radiosity = std::move(answers);
   auto cached = std::make_unique<path::PathIntegrator>(scene, p);
-  if (asked || takes_noise_away(scene, *cached, *alone, s.pixel_samples, stop)) return cached;
+  if (asked || takes_noise_away(scene, *cached, *alone, grids.not_for_paths(), s)) return cached;
   if (ends) return alone;
   return ended_in_leaves();
 }
@@ -233,14 +235,14 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
       log_warning("canopy answers: surfaces are shaded on grids here, and only paths end in leaves");
     return made;
   }
-  const float answered = made->answered();
-  if (made->needs_grids()) {  // these hold the paths, which do not hold them
-    made->set_paths(
-        make_camera_paths(scene, s, r, {std::shared_ptr<void>(), answers}, answered, asked.radiosity_cache, stop));
+  const std::vector<uint8_t>& others = made->not_for_paths();
+  if (std::any_of(others.begin(), others.end(), [](uint8_t other) { return other; })) {
+    // What holds the paths is not held by them.
+    made->set_paths(make_camera_paths(scene, s, r, *made, {std::shared_ptr<void>(), answers}, asked.radiosity_cache));
     return made;
   }
   const std::shared_ptr<const distribution::DistributionIntegrator> kept = std::move(made);
-  return make_camera_paths(scene, s, r, {kept, answers}, answered, asked.radiosity_cache, stop);
+  return make_camera_paths(scene, s, r, *kept, {kept, answers}, asked.radiosity_cache);
 }
 
 }  // namespace dapple::build

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <stdexcept>
 #include <utility>
 
 #include "dapple/base/parallel.h"
@@ -72,7 +73,7 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (settings.visible_points == VisiblePoints::samples && radiosity_) survey_readers();
   if (radiosity_) answers_.emplace(shading_, shader_, *radiosity_, groups_);
-  for (uint32_t g = 0; g < scene.bindings.size(); ++g) on_grids_.push_back(hider_.is_gridded_wherever_met(g));
+  for (uint32_t g = 0; g < scene.bindings.size(); ++g) not_for_paths_.push_back(hider_.is_left_by_paths(g));
 }
 
 void DistributionIntegrator::survey_readers() {
@@ -101,15 +102,12 @@ bool DistributionIntegrator::samples_may_be_paths() const {
          std::none_of(scene_.materials.begin(), scene_.materials.end(), sees_light);
 }
 
-bool DistributionIntegrator::needs_grids() const {
-  return std::any_of(on_grids_.begin(), on_grids_.end(), [](uint8_t on) { return on; });
-}
-
 void DistributionIntegrator::set_paths(std::unique_ptr<const integrate::CameraPaths> paths) {
   paths_ = std::move(paths);
   const std::vector<CacheState> all = caches();
   for (const CacheState& c : paths_->caches()) {
     const auto same = std::find_if(all.begin(), all.end(), [&c](const CacheState& a) { return a.name == c.name; });
+    if (same == all.end()) throw std::logic_error("a cache of paths that nobody counts: " + c.name);
     cache_of_paths_.push_back(size_t(same - all.begin()));
   }
 }
@@ -118,6 +116,11 @@ std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_inter
   const IrradianceInterpolator::Settings s{settings_.shading.diffuse_rays.at(0), settings_.irradiance_accuracy,
                                            shares_.hemisphere_bytes, groups_};
   return std::make_unique<IrradianceInterpolator>(shading_, placer_, shader_.diffuse_rays(), shader_.gatherer(), s);
+}
+
+void DistributionIntegrator::begin_again() const {
+  grids_.clear();
+  if (paths_) paths_->begin_again();
 }
 
 std::vector<CacheState> DistributionIntegrator::caches() const {
@@ -183,7 +186,7 @@ void DistributionIntegrator::trace_paths(const Box2i& pixels, uint32_t sample, c
                                          DistributionWorkspace& w, scene::Film& film) const {
   PathSamples& s = *w.path_samples;
   s.camera.generate(scene_, pixels, sample, w.sets);
-  paths_->trace(on_grids_, film.settings(), stop, s, *w.paths);
+  paths_->trace(not_for_paths_, film.settings(), stop, s, *w.paths);
   for (int p = 0; film.settings().air && p < s.camera.count; ++p)
     film.add_air(s.camera.pixel[p].x, s.camera.pixel[p].y, s.camera.film_weight[p],
                  s.left[p] ? scene::AirFeatures() : s.air[p]);

@@ -30,9 +30,9 @@ class DistributionIntegrator final : public integrate::Integrator {
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   void finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const override;
 
-  /// Of camera samples that are paths; no light of the others counts as direct.
   bool tells_direct() const override { return paths_ != nullptr; }
-  void begin_again() const override { grids_.clear(); }
+  bool tells_all_direct() const override { return false; }
+  void begin_again() const override;
   std::vector<integrate::CacheState> caches() const override;
   integrate::ShaftTables shaft_tables() const override {
     return settings_.shading.shafts ? settings_.shading.shafts->tables() : integrate::ShaftTables();
@@ -41,8 +41,8 @@ class DistributionIntegrator final : public integrate::Integrator {
   /// Camera samples that no grids serve may be traced as paths, sooner: those end their diffuse rays in these answers.
   /// Null where they may not.
   const integrate::RadiosityAnswers* answers() const { return samples_may_be_paths() ? &*answers_ : nullptr; }
-  /// Something is shaded on grids, so that not all camera samples may be paths.
-  bool needs_grids() const;
+  /// What paths should leave to grids, by geometry: subsurface bodies and dear shaders.
+  const std::vector<uint8_t>& not_for_paths() const { return not_for_paths_; }
   /// Traces camera samples that need no grids as such paths, which may read answers(). To be called before anything is
   /// rendered, if at all, where there are answers().
   void set_paths(std::unique_ptr<const integrate::CameraPaths> paths);
@@ -94,7 +94,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const std::unique_ptr<gi::CacheLogs> logs_;
   std::optional<PathAnswers> answers_;
   std::shared_ptr<const SurveyedReaders> readers_;
-  std::vector<uint8_t> on_grids_;  // by geometry: what paths leave to grids
+  std::vector<uint8_t> not_for_paths_;
   std::unique_ptr<const integrate::CameraPaths> paths_;
   std::vector<size_t> cache_of_paths_;  // which of caches() theirs are
 };

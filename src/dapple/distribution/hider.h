@@ -44,9 +44,9 @@ class Hider {
     return !shading_.materials.is_random(geometry) &&
            (settings_.visible_points == VisiblePoints::grids || !shading_.is_cheap(geometry));
   }
-  /// The same, and no ray goes through it.
-  bool is_gridded_wherever_met(uint32_t geometry) const {
-    return is_gridded(geometry) && !shading_.materials.lets_through(geometry);
+  /// Not for paths: bodies and dear shaders, also those that no grid serves. Rays do not go through them.
+  bool is_left_by_paths(uint32_t geometry) const {
+    return !shading_.is_cheap(geometry) && !shading_.materials.lets_through(geometry);
   }
   /// The shader of what is seen there reads tangents for each sample, not for shading points alone.
   bool needs_tangents(uint32_t geometry) const {

@@ -130,6 +130,8 @@ class Integrator {
   virtual std::vector<CacheState> caches() const { return {}; }
   /// render() knows the part of light that is direct (Film::Settings::direct).
   virtual bool tells_direct() const { return false; }
+  /// The same of all camera samples; else no light of the others counts as direct.
+  virtual bool tells_all_direct() const { return tells_direct(); }
   /// No two camera samples share what they find: the variance of a pixel's samples is that of its error.
   virtual bool samples_are_independent() const { return false; }
   virtual ShaftTables shaft_tables() const { return {}; }

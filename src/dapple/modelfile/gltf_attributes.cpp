@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -112,8 +113,7 @@ class Attributes {
     std::set<size_t> found;
     find_in_meshes(&found);
     find_in_animations(&found);
-    std::erase_if(found, [&](size_t i) { return file_.at("accessors").at(i).at("componentType") == float_type; });
-    std::erase_if(found, [&](size_t i) { return !is_whole([&] { convert(&file_.at("accessors").at(i)); }); });
+    std::erase_if(found, [&](size_t i) { return !is_whole([&] { convert(i); }); });
     if (found.empty()) return false;
     file_["buffers"].push_back(
         {{"byteLength", floats_.size()}, {"uri", "data:application/octet-stream;base64," + to_base64(floats_)}});
@@ -123,7 +123,8 @@ class Attributes {
   /// Triangles with indices of vertices that are not there.
   size_t lost_faces() {
     size_t lost = 0;
-    for_each_primitive([&](const json& primitive) { is_whole([&] { lost += lost_faces_of(primitive); }); });
+    for_each_primitive([&](const json& primitive) { lost += lost_faces_of(primitive); });
+    buffers_.clear();  // most files need them for nothing else
     return lost;
   }
 
@@ -144,18 +145,32 @@ class Attributes {
 
   template <class Visit>
   void for_each_primitive(const Visit& visit) const {
+    const auto is_compressed = [](const json& primitive) {
+      return primitive.value("extensions", json::object()).contains("KHR_draco_mesh_compression");
+    };
     for (const json& mesh : file_.value("meshes", json::array()))
-      for (const json& primitive : mesh.at("primitives"))
-        if (!primitive.value("extensions", json::object()).contains("KHR_draco_mesh_compression")) visit(primitive);
+      is_whole([&] {
+        for (const json& primitive : mesh.at("primitives"))
+          is_whole([&] {
+            if (!is_compressed(primitive)) visit(primitive);
+          });
+      });
   }
 
+  static constexpr size_t triangles = 4, fan = 6;  // modes; 5: a strip
+
   size_t lost_faces_of(const json& primitive) {
-    constexpr int triangles = 4, fan = 6;
-    const int mode = primitive.value("mode", triangles);
+    const size_t mode = primitive.contains("mode") ? whole(primitive.at("mode")) : triangles;
     if (!primitive.contains("indices") || mode < triangles || mode > fan) return 0;
-    const json& accessors = file_.at("accessors");
-    const json& indices = accessors.at(whole(primitive.at("indices")));
-    const auto vertices = double(whole(accessors.at(whole(primitive.at("attributes").at("POSITION"))).at("count")));
+    const size_t indices = whole(primitive.at("indices"));
+    const size_t vertices =
+        whole(file_.at("accessors").at(whole(primitive.at("attributes").at("POSITION"))).at("count"));
+    const auto [known, is_new] = lost_faces_.try_emplace({indices, vertices, mode}, 0);
+    if (is_new) known->second = count_lost_faces(file_.at("accessors").at(indices), double(vertices), mode);
+    return known->second;
+  }
+
+  size_t count_lost_faces(const json& indices, double vertices, size_t mode) {
     if (!indices.contains("bufferView") || indices.contains("sparse")) return 0;
     const size_t count = whole(indices.at("count"));
     size_t lost = 0, n = 0;
@@ -168,8 +183,7 @@ class Attributes {
       lost +=
           mode == fan ? first || is_lost[(n - 1) % 3] || is_lost[(n - 2) % 3] : is_lost[0] || is_lost[1] || is_lost[2];
     };
-    visit_numbers(whole(indices.at("bufferView")), whole_or_0(indices, "byteOffset"),
-                  indices.at("componentType").get<int>(), count, 1, add);
+    visit_numbers(whole(indices.at("bufferView")), whole_or_0(indices, "byteOffset"), type_of(indices), count, 1, add);
     return lost;
   }
 
@@ -181,7 +195,7 @@ class Attributes {
   void find_in_meshes(std::set<size_t>* found) const {
     const auto add = [&](const json& attributes) {
       for (const auto& [name, accessor] : attributes.items())
-        if (is_float_for_assimp(name)) found->insert(whole(accessor));
+        if (is_float_for_assimp(name)) is_whole([&] { found->insert(whole(accessor)); });
     };
     for_each_primitive([&](const json& primitive) {
       add(primitive.at("attributes"));
@@ -191,17 +205,21 @@ class Attributes {
 
   void find_in_animations(std::set<size_t>* found) const {
     for (const json& animation : file_.value("animations", json::array()))
-      for (const json& sampler : animation.at("samplers")) found->insert(whole(sampler.at("output")));
+      is_whole([&] {
+        for (const json& sampler : animation.at("samplers"))
+          is_whole([&] { found->insert(whole(sampler.at("output"))); });
+      });
   }
-
-  struct Numbers {
-    size_t count, width;
-    std::vector<double> values;
-  };
 
   static size_t width_of(const json& accessor) {
     static const std::map<std::string, size_t> widths = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
     return widths.at(accessor.at("type").get<std::string>());
+  }
+
+  static int type_of(const json& accessor) {
+    const size_t type = whole(accessor.at("componentType"));
+    if (type > size_t(float_type)) throw std::out_of_range("component type");
+    return int(type);
   }
 
   static size_t size_of(int type) {
@@ -279,8 +297,10 @@ class Attributes {
     return out;
   }
 
-  void convert(json* accessor) {
-    const int type = accessor->at("componentType").get<int>();
+  void convert(size_t index) {
+    json* const accessor = &file_.at("accessors").at(index);
+    if (accessor->at("componentType") == float_type) throw std::out_of_range("nothing to do");
+    const int type = type_of(*accessor);
     const size_t count = whole(accessor->at("count")), width = width_of(*accessor);
     std::vector<double> values;
     if (accessor->contains("bufferView"))
@@ -309,7 +329,7 @@ class Attributes {
     const auto of = [&](const json& part, int component, size_t n) {
       return numbers(whole(part.at("bufferView")), whole_or_0(part, "byteOffset"), component, count, n);
     };
-    const int index_type = at.at("componentType").get<int>();
+    const int index_type = type_of(at);
     if (index_type != 5121 && index_type != 5123 && index_type != 5125) throw std::out_of_range("sparse indices");
     const std::vector<double> indices = of(at, index_type, 1), given = of(by, type, width);
     for (size_t i = 0; i < count; ++i)
@@ -320,6 +340,7 @@ class Attributes {
   const std::string& binary_;
   const std::function<std::string(const std::string&)>& read_;
   std::map<size_t, std::string> buffers_;
+  std::map<std::array<size_t, 3>, size_t> lost_faces_;  // by accessor, number of vertices and mode
   std::string floats_;
 };
 
@@ -335,6 +356,7 @@ GltfRepair repair_gltf(const std::string& file, const std::function<std::string(
     if (attributes.convert()) repair.file = container.with(content.dump());
   } catch (const json::exception&) {
   } catch (const std::out_of_range&) {
+  } catch (const std::bad_alloc&) {
   }
   return repair;
 }

@@ -497,7 +497,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   if (!end_or_go_on(k, sample.lobe, w)) return;
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
   const bool diffuse = sample.lobe == Lobe::diffuse;
-  ends_.note_ray(p, diffuse && !w.last[p] && w.medium[p] == scene::vacuum, w);
+  ends_.note_ray(p, diffuse && !w.last[p] && !w.walk[p].inside() && w.medium[p] == scene::vacuum, w);
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
   // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in
   // which the path came.

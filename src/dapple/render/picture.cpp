@@ -97,10 +97,10 @@ build::IntegratorRequest settled_request(const build::BuiltScene& built, const P
 }
 
 bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std::string>& aovs, bool denoises) {
-  if (show_direct(aovs) && !integrator.tells_direct())
+  if (show_direct(aovs) && !integrator.tells_all_direct())
     throw UsageError(
-        "layer direct needs camera samples that are traced as paths, as path, canopy and the presets draft and "
-        "preview of distribution do");
+        "layer direct needs camera samples that are all traced as paths, as path, canopy and, without subsurface "
+        "bodies and dear shaders, the presets draft and preview of distribution do");
   return integrator.tells_direct() && (denoises || show_direct(aovs));
 }
 
