@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What caching the light that enters a subsurface body gains: scenes/bust with and without, in preview and in final quality."""
+"""What caching the light that enters a subsurface body gains: scenes/bust with and without, in preview and in final quality. And what a small
+body costs the room that it stands in, which is traced as paths beside it: a ball in the Cornell box, of wax and diffuse."""
 import common
 
 SCENE = common.ROOT / "scenes/bust/bust.pbrt"
@@ -14,6 +15,8 @@ CASES = [
     ("final, direct light", FINAL + ["--bounces", 0], False),
     ("final, direct light, 64 shadow rays at all depths", FINAL + ["--bounces", 0, "--shadow-rays", 64], False),
 ]
+BOX = common.ROOT / "scenes/cornell-box/cornell.pbrt"
+BALLS = {"diffuse": '"diffuse" "rgb reflectance" [ .8 .6 .5 ]', "wax": '"subsurface" "rgb reflectance" [ .8 .6 .5 ] "rgb mfp" [ 10 6 3 ]'}
 
 
 def render(context, options, cache, crop=None):
@@ -36,6 +39,27 @@ def from_crops(context, options, whole):
     return {key: value * whole["probes"] / sums["probes"] for key, value in sums.items()}
 
 
+def render_ball(context, kind):
+    scene = context.out / f"ball-{kind}.pbrt"
+    scene.write_text(f'Include "{BOX}"\nAttributeBegin\nMaterial {BALLS[kind]}\nTranslate 186 205 170\n'
+                     'Shape "sphere" "float radius" 40\nAttributeEnd\n')
+    s = common.render(context, scene, context.out / f"ball-{kind}.exr", "--integrator", "distribution", "--preset", "preview", "--pixel-samples", 16,
+                      "--bounces", 4, "--denoise", "off", "--threads", context.threads, "--quiet")
+    return {"seconds": s["render_cpu_seconds"], "rays": sum(s["rays"].values())}
+
+
+def balls(context):
+    runs = {kind: [] for kind in BALLS}
+    for _ in range(context.repeats):
+        for kind in BALLS:
+            runs[kind].append(render_ball(context, kind))
+    found = {kind: {**of[0], "seconds": common.median([r["seconds"] for r in of])} for kind, of in runs.items()}
+    rows = [[kind, f"{of['seconds']:.2f} s", f"{of['seconds'] / found['diffuse']['seconds']:.2f}", f"{of['rays'] / found['diffuse']['rays']:.2f}"]
+            for kind, of in found.items()]
+    return found, ("A ball in the Cornell box, 256 x 256 pixels, preview, 16 samples, four bounces, processor time without loading.\n\n"
+                   + common.table(["ball", "", "time, of diffuse", "rays, of diffuse"], rows))
+
+
 def bench(context):
     result, rows = [], []
     for name, options, whole in CASES:
@@ -51,4 +75,5 @@ def bench(context):
     text = (f"scenes/bust, {WIDTH} x {HEIGHT} pixels, processor time of all threads without loading.\n\n"
             + common.table(["", "without", "with the irradiance cache", "speed-up", "rays, ratio", "shading points, ratio"], rows)
             + f"\n\n\\* From {COLUMNS * ROWS} crops of {CROP} x {CROP} pixels, in proportion to probes.")
-    return {"cases": result}, text
+    found, of_balls = balls(context)
+    return {"cases": result, "balls": found}, f"{text}\n\n{of_balls}"
