@@ -149,14 +149,8 @@ def geometric(values):
     return math.exp(sum(map(math.log, values)) / len(values))
 
 
-def ways(o):
-    """(name, options of ours, options of the baseline's path tracing beside it)."""
-    for method in o.methods:
-        if method == "path":
-            for n in o.samples:
-                yield f"path {n}", ["--integrator", "path", "--pixel-samples", n]
-        else:
-            yield method, ["--integrator", "distribution", "--preset", method, *o.options]
+def options_of(method):
+    return ["--integrator", "path"] if method == "path" else ["--integrator", "distribution", "--preset", method]
 
 
 def figures(o, scene, size):
@@ -164,24 +158,21 @@ def figures(o, scene, size):
     if o.references_only:
         return None
     baseline, ours = {}, {}
-    for n in o.samples:
+    raw = ["--denoise", "off"] if o.denoises else []
+    for n in o.samples:  # the same for all: display errors, which clamp, fall more slowly than noise does
         baseline[n] = frames(o, f"baseline {n}", o.baseline, ["--integrator", "path", "--pixel-samples", n], scene, size, truth)
-        if "path" in o.methods:
-            ours[f"path {n}"] = frames(o, f"path {n}", o.program, ["--integrator", "path", "--pixel-samples", n, *o.options], scene, size, truth)
-    for way, options in ways(o):
-        if way not in ours:
-            ours[way] = frames(o, way, o.program, [*options, *(["--denoise", "off"] if o.denoises else [])], scene, size, truth)
+        for method in o.methods:
+            ours[f"{method} {n}"] = frames(o, f"{method} {n}", o.program, [*options_of(method), "--pixel-samples", n, *raw, *o.options], scene, size, truth)
     load = common.median([f["load"] for fs in baseline.values() for f in fs])
 
     def costs(found, metric):
         return geometric(f[metric] ** 2 * max(f["seconds"] - load, 1e-3) for f in found)
-    groups = {"path": [f for w, fs in ours.items() if w.startswith("path") for f in fs], **{w: fs for w, fs in ours.items() if not w.startswith("path")}}
+    groups = {method: [f for n in o.samples for f in ours[f"{method} {n}"]] for method in o.methods}
     everything = [f for fs in baseline.values() for f in fs]
     result = {}
     for method, found in groups.items():
-        if found:
-            result[method] = {m: costs(everything, m) / costs(found, m) for m in METRICS}
-            result[method]["mean"] = sum(f["mean"] for f in found) / len(found)
+        result[method] = {m: costs(everything, m) / costs(found, m) for m in METRICS}
+        result[method]["mean"] = sum(f["mean"] for f in found) / len(found)
     return {"sooner": result, "load_seconds": load, "baseline": baseline, "ours": ours}
 
 
@@ -210,7 +201,7 @@ def measure(o):
         rows = list(rows_of(found))
         for method in (rooms[0]["sooner"] if rooms else ()):
             rows.append([f"{len(rooms)} rooms", method, *(f"{geometric(r['sooner'][method][m] for r in rooms):.2f}" for m in METRICS), ""])
-        text.append(f"{size}, {BOUNCES} bounces, {o.seeds} seeds, path at {', '.join(map(str, o.samples))} samples, against {o.baseline}\n\n"
+        text.append(f"{size}, {BOUNCES} bounces, {o.seeds} seeds, {', '.join(map(str, o.samples))} samples, against {o.baseline}\n\n"
                     + common.table(["scene", "method", *METRICS, "mean"], rows))
         results[size] = found
     return results, "\n\n".join(text)
@@ -224,7 +215,7 @@ def parser():
     p.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
     p.add_argument("--methods", nargs="+", default=["path", "preview"], choices=["path", "draft", "preview", "final"])
     p.add_argument("--sizes", nargs="+", default=["160x90", "480x270"])
-    p.add_argument("--samples", nargs="+", type=int, default=[16, 64], help="of path tracing, a pixel")
+    p.add_argument("--samples", nargs="+", type=int, default=[16, 64], help="a pixel, of all")
     p.add_argument("--reference-samples", type=int, default=1024, help="of each half")
     p.add_argument("--seeds", type=int, default=3)
     p.add_argument("--threads", type=int, default=2)
