@@ -98,6 +98,28 @@ TEST(PathsBesideGrids, AreTheSameForAnyNumberOfThreadsAndAnyCache) {
   set_thread_count(0);
 }
 
+// Samples of grids wait for their points; those of paths in the same pixel wait with them, so that what depends on the
+// order of samples is the same, bit for bit, as where each sample is finished before the next.
+TEST(PathsBesideGrids, AreAddedInTheirOrder) {
+  const auto built = build_text(furnished_room(wax));
+  const auto made = Frame{}.make(built);
+  const auto render = [&](uint32_t at_once) {
+    scene::Film film(built.scene->film);
+    made->begin_again();
+    std::vector<std::unique_ptr<integrate::Integrator::Workspace>> workspaces;
+    workspaces.push_back(made->make_workspace());
+    for (uint32_t first = 0; first < 16; first += at_once) {
+      made->render({film.settings().crop, first, at_once, 16}, *workspaces[0], film);
+      made->finish(workspaces, film);
+    }
+    return film;
+  };
+  const scene::Film waited = render(16), finished = render(1);
+  for (int y = 0; y < waited.height(); ++y)
+    for (int x = 0; x < waited.width(); ++x)
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(waited.variance(x, y)[c], finished.variance(x, y)[c]) << x << ", " << y;
+}
+
 TEST(PathsBesideGrids, DoNotDependOnTheCrop) {
   auto built = build_text(dear_leaves());
   const auto whole = Frame{}.render(built);
