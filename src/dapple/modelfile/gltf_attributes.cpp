@@ -113,7 +113,8 @@ class Attributes {
     std::set<size_t> found;
     find_in_meshes(&found);
     find_in_animations(&found);
-    std::erase_if(found, [&](size_t i) { return !is_whole([&] { convert(i); }); });
+    std::erase_if(found,
+                  [&](size_t i) { return is_float(i) || !is_whole([&] { convert(&file_.at("accessors").at(i)); }); });
     if (found.empty()) return false;
     file_["buffers"].push_back(
         {{"byteLength", floats_.size()}, {"uri", "data:application/octet-stream;base64," + to_base64(floats_)}});
@@ -297,9 +298,13 @@ class Attributes {
     return out;
   }
 
-  void convert(size_t index) {
-    json* const accessor = &file_.at("accessors").at(index);
-    if (accessor->at("componentType") == float_type) throw std::out_of_range("nothing to do");
+  bool is_float(size_t accessor) const {
+    bool is = false;
+    is_whole([&] { is = file_.at("accessors").at(accessor).at("componentType") == float_type; });
+    return is;
+  }
+
+  void convert(json* accessor) {
     const int type = type_of(*accessor);
     const size_t count = whole(accessor->at("count")), width = width_of(*accessor);
     std::vector<double> values;
