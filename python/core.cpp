@@ -347,11 +347,15 @@ class PyLiveSession {
     return session_
         ->edit([kept](Scene& scene) {
           const py::gil_scoped_acquire acquire;
+          const py::object lent = py::cast(std::move(scene));  // whoever keeps it has an empty one afterwards
+          std::optional<std::string> problem;
           try {
-            (*kept)(py::cast(&scene, py::return_value_policy::reference));
+            (*kept)(lent);
           } catch (const py::error_already_set& error) {
-            throw SceneError(SceneError::Kind::usage, error.what());
+            problem = error.what();
           }
+          scene = std::move(lent.cast<Scene&>());
+          if (problem) throw SceneError(SceneError::Kind::usage, *problem);
         })
         .share();
   }

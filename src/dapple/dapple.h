@@ -223,6 +223,7 @@ class Scene {
  private:
   friend class LiveSession;
   class Impl;
+  Impl& impl() const;  ///< SceneError where the scene was moved from
   std::unique_ptr<Impl> impl_;
 };
 

@@ -47,6 +47,20 @@ void move_camera(Scene& s, double x) {
   s.edit("camera", "", {{"float lookat", {x, 1.2, -4.5, 0, .8, 0, 0, 1, 0}}});
 }
 
+TEST(LiveSession, HasTheSceneAlone) {
+  Scene scene = Scene::parse(room);
+  const LiveSession session(std::move(scene));
+  try {
+    scene.names("light");
+    ADD_FAILURE();
+  } catch (const SceneError& error) {
+    EXPECT_EQ(error.kind(), SceneError::Kind::usage);
+  }
+  EXPECT_THROW(scene.warnings(), SceneError);
+  EXPECT_THROW(scene.edit("camera", "", {{"float fov", 30}}), SceneError);
+  EXPECT_THROW(LiveSession(std::move(scene)), SceneError);
+}
+
 TEST(LiveSession, FramesComeFinerAndFiner) {
   std::vector<int> reductions;
   LiveSession session(Scene::parse(room), {}, [&](const LiveFrame& f) {

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """import dapple: scenes in NumPy terms."""
+import contextlib
 import os
 import signal
 import subprocess
@@ -290,6 +291,23 @@ class SceneTest(unittest.TestCase):
             self.assertEqual(live.frame().reduction, 1)
             self.assertFalse(live.frame().image.flags.writeable)
             self.assertTrue(np.shares_memory(live.frame().image, live.wait().image))
+
+    def test_a_scene_of_a_live_session_is_of_no_use_elsewhere(self):
+        def refuses(use):
+            with self.assertRaisesRegex(dapple.SceneError, "handed over"):
+                use()
+
+        camera, light = self.scene.camera, next(iter(self.scene.lights))
+        with contextlib.closing(dapple.LiveSession(self.scene, pixel_samples=1)) as live:
+            kept = []
+            live.edit(lambda scene: (kept.append(scene), scene.camera.edit(fov=30))).result()
+            self.assertIsNotNone(live.wait())
+            for scene in (self.scene, kept[0]):
+                refuses(lambda: list(scene.lights))
+                refuses(lambda: scene.camera.edit(fov=20))
+            refuses(lambda: camera.edit(fov=20))
+            refuses(lambda: dapple.LiveSession(self.scene))
+            refuses(lambda: dapple.Session(self.scene).render())
 
     def test_two_live_sessions_are_as_two_processes(self):
         program = """

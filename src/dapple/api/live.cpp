@@ -63,8 +63,8 @@ class LiveSession::Impl {
 
 LiveSession::LiveSession(Scene scene, const RenderOptions& options, std::function<void(const LiveFrame&)> on_frame) {
   impl_ = api::guarded([&] {
-    scene.impl_->check_owned();
-    return std::make_unique<Impl>(std::move(scene.impl_->owned), options, std::move(on_frame));
+    scene.impl().check_owned();
+    return std::make_unique<Impl>(std::move(scene.impl().owned), options, std::move(on_frame));
   });
 }
 LiveSession::~LiveSession() = default;

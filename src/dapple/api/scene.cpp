@@ -147,6 +147,11 @@ Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
+Scene::Impl& Scene::impl() const {
+  if (!impl_) throw api::outside(UsageError("the scene was handed over, as to a live session, and is of no use here"));
+  return *impl_;
+}
+
 Scene Scene::load(const std::string& path, const LoadOptions& options) {
   return guarded([&] {
     if (path.empty()) throw UsageError("the name of the scene is empty; expected a file");
@@ -169,7 +174,7 @@ void Scene::camera(const std::string& type, const Params& params, const Placemen
   guarded([&] {
     std::string matrix = api::text_of(camera_to_world);
     matrix = matrix.substr(matrix.find('['));
-    impl_->working->add("Edit \"camera\" \"string type\" [ " + quote(type) + " ] \"float transform\" " + matrix +
+    impl().working->add("Edit \"camera\" \"string type\" [ " + quote(type) + " ] \"float transform\" " + matrix +
                             api::text_of(params) + "\n",
                         {.camera = true});
   });
@@ -186,25 +191,25 @@ void set_directive(WorkingScene& scene, const char* target, const std::string& t
 }  // namespace
 
 void Scene::film(const std::string& type, const Params& params) {
-  set_directive(*impl_->working, "film", type, params);
+  set_directive(*impl().working, "film", type, params);
 }
 void Scene::sampler(const std::string& type, const Params& params) {
-  set_directive(*impl_->working, "sampler", type, params);
+  set_directive(*impl().working, "sampler", type, params);
 }
 void Scene::integrator(const std::string& type, const Params& params) {
-  set_directive(*impl_->working, "integrator", type, params);
+  set_directive(*impl().working, "integrator", type, params);
 }
 
 void Scene::texture(const std::string& name, const std::string& kind, const std::string& type, const Params& params) {
   guarded([&] {
-    impl_->working->add("Texture " + quote(name) + " " + quote(kind) + " " + quote(type) + api::text_of(params) + "\n",
+    impl().working->add("Texture " + quote(name) + " " + quote(kind) + " " + quote(type) + api::text_of(params) + "\n",
                         everything);
   });
 }
 
 void Scene::material(const std::string& name, const std::string& type, const Params& params) {
   guarded([&] {
-    impl_->working->add(
+    impl().working->add(
         "MakeNamedMaterial " + quote(name) + " \"string type\" [ " + quote(type) + " ]" + api::text_of(params) + "\n",
         everything);
   });
@@ -212,7 +217,7 @@ void Scene::material(const std::string& name, const std::string& type, const Par
 
 void Scene::light(const std::string& name, const std::string& type, const Params& params, const Placement& placement) {
   guarded([&] {
-    impl_->working->add("AttributeBegin\n" + api::text_of(placement) + "LightSource " + quote(type) + name_param(name) +
+    impl().working->add("AttributeBegin\n" + api::text_of(placement) + "LightSource " + quote(type) + name_param(name) +
                             api::text_of(params) + "\nAttributeEnd\n",
                         {.lights = true});
   });
@@ -222,7 +227,7 @@ void Scene::shape(const Shape& shape) {
   guarded([&] {
     std::vector<WorkingScene::Piece> pieces;
     add_shape(shape, 0, &pieces);
-    impl_->working->add(std::move(pieces), "", new_shapes);
+    impl().working->add(std::move(pieces), "", new_shapes);
   });
 }
 
@@ -231,28 +236,28 @@ void Scene::object(const std::string& name, const std::vector<Shape>& shapes) {
     std::vector<WorkingScene::Piece> pieces{{"ObjectBegin " + quote(name) + "\n"}};
     for (size_t i = 0; i < shapes.size(); ++i) add_shape(shapes[i], int(i), &pieces);
     pieces.push_back({"ObjectEnd\n"});
-    impl_->working->add(std::move(pieces), name, new_shapes);
+    impl().working->add(std::move(pieces), name, new_shapes);
   });
 }
 
 void Scene::instance(const std::string& object, const std::string& name, const Placement& placement) {
   guarded([&] {
-    impl_->working->add("AttributeBegin\n" + api::text_of(placement) + "ObjectInstance " + quote(object) +
+    impl().working->add("AttributeBegin\n" + api::text_of(placement) + "ObjectInstance " + quote(object) +
                             name_param(name) + "\nAttributeEnd\n",
                         new_shapes);
   });
 }
 
 void Scene::add(std::string_view directives) {
-  guarded([&] { impl_->working->add(std::string(directives) + "\n", everything); });
+  guarded([&] { impl().working->add(std::string(directives) + "\n", everything); });
 }
 
 void Scene::edit(const std::string& target, const std::string& name, const Params& params) {
-  guarded([&] { impl_->working->edit(target_of(target), name, api::text_of(params)); });
+  guarded([&] { impl().working->edit(target_of(target), name, api::text_of(params)); });
 }
 
 void Scene::remove(const std::string& target, const std::string& name) {
-  guarded([&] { impl_->working->remove(target_of(target), name); });
+  guarded([&] { impl().working->remove(target_of(target), name); });
 }
 
 void Scene::gain(const std::string& group, const std::array<double, 3>& gain) {
@@ -260,17 +265,17 @@ void Scene::gain(const std::string& group, const std::array<double, 3>& gain) {
 }
 
 void Scene::dicing_camera() {
-  guarded([&] { impl_->working->freeze_dicing_camera(); });
+  guarded([&] { impl().working->freeze_dicing_camera(); });
 }
 
 std::vector<std::string> Scene::names(const std::string& target) const {
-  return guarded([&] { return impl_->working->editor().names(target_of(target)); });
+  return guarded([&] { return impl().working->editor().names(target_of(target)); });
 }
 
 std::optional<Param> Scene::parameter(const std::string& target, const std::string& name,
                                       const std::string& param) const {
   return guarded([&]() -> std::optional<Param> {
-    const scenefile::Param* const p = impl_->working->editor().parameter(target_of(target), name, param);
+    const scenefile::Param* const p = impl().working->editor().parameter(target_of(target), name, param);
     if (!p) return std::nullopt;
     const std::string declaration = std::string(scenefile::name_of(p->type)) + " " + p->name;
     if (p->type == scenefile::ParamType::boolean && p->integers.size() == 1)
@@ -289,17 +294,17 @@ std::optional<Param> Scene::parameter(const std::string& target, const std::stri
 
 void Scene::check() {
   guarded([&] {
-    impl_->check_owned();
-    impl_->working->built();
+    impl().check_owned();
+    impl().working->built();
   });
 }
 
 Picture Scene::render(const RenderOptions& options) {
   return guarded([&] {
-    impl_->check_owned();
+    impl().check_owned();
     const render::PictureRequest request = api::request_of(options);
-    build::BuiltScene& built = impl_->working->built(api::film_of(options));
-    const double build_seconds = impl_->working->build_seconds();
+    build::BuiltScene& built = impl().working->built(api::film_of(options));
+    const double build_seconds = impl().working->build_seconds();
     const Timer set_up;
     render::Picture picture(built, request);
     picture.trace_features();
@@ -334,7 +339,7 @@ Picture Scene::render(const RenderOptions& options) {
 
 void Scene::write(const std::string& path) const {
   guarded([&] {
-    const std::string text = impl_->working->written(path);
+    const std::string text = impl().working->written(path);
     image::AtomicFile file(path);
     file.write(text.data(), text.size());
     file.commit();
@@ -342,13 +347,13 @@ void Scene::write(const std::string& path) const {
 }
 
 std::vector<std::string> Scene::warnings() const {
-  return impl_->working->diagnostics().messages();
+  return impl().working->diagnostics().messages();
 }
 
 std::vector<std::string> Scene::files() const {
   std::vector<std::string> files;
   std::error_code ignored;
-  for (const std::string& path : scenefile::named_files(impl_->working->description()))
+  for (const std::string& path : scenefile::named_files(impl().working->description()))
     if (std::filesystem::is_regular_file(path, ignored)) files.push_back(path);
   return files;
 }
