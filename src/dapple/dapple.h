@@ -241,8 +241,9 @@ struct LiveFrame {
 /// that say so, and may come from any thread.
 class LiveSession {
  public:
-  /// `on_frame` is called with each frame, one after the other, on threads of the session, which wait for it.
-  explicit LiveSession(Scene scene, const RenderOptions& options = {},
+  /// Takes the scene, unless it throws. `on_frame` is called with each frame, one after the other, on threads of the
+  /// session, which wait for it.
+  explicit LiveSession(Scene&& scene, const RenderOptions& options = {},
                        std::function<void(const LiveFrame&)> on_frame = {});
   ~LiveSession();
   LiveSession(LiveSession&&) noexcept;

@@ -49,6 +49,10 @@ void move_camera(Scene& s, double x) {
 
 TEST(LiveSession, HasTheSceneAlone) {
   Scene scene = Scene::parse(room);
+  RenderOptions unknown;
+  unknown.preset = "nonsense";
+  EXPECT_THROW(LiveSession(std::move(scene), unknown), SceneError);
+  EXPECT_FALSE(scene.names("light").empty()) << "nothing is lost";
   const LiveSession session(std::move(scene));
   try {
     scene.names("light");

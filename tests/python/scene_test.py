@@ -297,7 +297,10 @@ class SceneTest(unittest.TestCase):
             with self.assertRaisesRegex(dapple.SceneError, "handed over"):
                 use()
 
-        camera, light = self.scene.camera, next(iter(self.scene.lights))
+        with self.assertRaises(dapple.SceneError):
+            dapple.LiveSession(self.scene, preset="nonsense")
+        camera = self.scene.camera
+        camera.edit(fov=40)  # nothing was lost
         with contextlib.closing(dapple.LiveSession(self.scene, pixel_samples=1)) as live:
             kept = []
             live.edit(lambda scene: (kept.append(scene), scene.camera.edit(fov=30))).result()

@@ -37,9 +37,8 @@ std::exception_ptr outside(std::exception_ptr error) {
 
 class LiveSession::Impl {
  public:
-  Impl(std::unique_ptr<render::WorkingScene> scene, const RenderOptions& options,
-       std::function<void(const LiveFrame&)> on_frame)
-      : session(std::move(scene), options_of(options, std::move(on_frame))) {}
+  Impl(std::unique_ptr<render::WorkingScene> scene, render::LiveSession::Options options)
+      : session(std::move(scene), std::move(options)) {}
 
   static render::LiveSession::Options options_of(const RenderOptions& options,
                                                  std::function<void(const LiveFrame&)> on_frame) {
@@ -61,10 +60,12 @@ class LiveSession::Impl {
   render::LiveSession session;
 };
 
-LiveSession::LiveSession(Scene scene, const RenderOptions& options, std::function<void(const LiveFrame&)> on_frame) {
+LiveSession::LiveSession(Scene&& scene, const RenderOptions& options, std::function<void(const LiveFrame&)> on_frame) {
   impl_ = api::guarded([&] {
     scene.impl().check_owned();
-    return std::make_unique<Impl>(std::move(scene.impl().owned), options, std::move(on_frame));
+    render::LiveSession::Options o = Impl::options_of(options, std::move(on_frame));
+    const std::unique_ptr<Scene::Impl> taken = std::move(scene.impl_);
+    return std::make_unique<Impl>(std::move(taken->owned), std::move(o));
   });
 }
 LiveSession::~LiveSession() = default;
