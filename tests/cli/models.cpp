@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Models of other programs, rendered, imported and converted.
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <algorithm>

@@ -95,7 +95,8 @@ TEST(Coat, TablesAreShared) {
   EXPECT_EQ(a, b);
   EXPECT_NE(a, RoughCoatTable::of(1.5f, 0.21f, 0.01f));
   for (const float alpha : {0.05f, 0.2f, 0.5f})  // the fit is within .006
-    EXPECT_NEAR(RoughCoatTable(1.5f, alpha, 0).shares().returned, rough_coat_return(alpha, coat_return(1.5f, 0)), .008f);
+    EXPECT_NEAR(RoughCoatTable(1.5f, alpha, 0).shares().returned, rough_coat_return(alpha, coat_return(1.5f, 0)),
+                .008f);
 }
 
 // The first bounce alone, for any base: f = T(wo) T(wi) / eta^2 f_base(wo', wi') exp(-t/cos' - t/cos').

@@ -53,8 +53,8 @@ struct CacheNumbers {
   /// Share of diffuse rays that cells must answer, or camera samples traced as paths do not ask for them: a look-up
   /// costs about a seventh of what it saves. At 240 x 135, 16 samples: none in two forests, more in five rooms.
   static constexpr float least_answered = 1.0f / 6;
-  /// Share of the variance of camera samples that cells must take away: with them, as many samples take 1.0 to 1.5 times
-  /// as long.
+  /// Share of the variance of camera samples that cells must take away: with them, as many samples take 1.0 to 1.5
+  /// times as long.
   static constexpr float least_removed = 0.2f;
   /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
   static constexpr int roulette_depth = 3;

@@ -8,8 +8,8 @@ struct PathNumbers {
   /// Radians: texture footprints after a diffuse scattering, wide enough to use filtered texels, narrow enough not to
   /// blur light and texture together.
   static constexpr float diffuse_spread = 0.05f;
-  /// Of the points that end paths in a canopy, those lit by a shadow ray at least, where leaves are dark: their light is
-  /// but a part of what one diffuse ray brings.
+  /// Of the points that end paths in a canopy, those lit by a shadow ray at least, where leaves are dark: their light
+  /// is but a part of what one diffuse ray brings.
   static constexpr float lit_share = 0.25f;
   /// Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
   static constexpr float delta_cosine = 0.98f;

@@ -47,7 +47,8 @@ void HairMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsd
     for (int i = 0; i < points.count; ++i) f[i].sigma_a = scattering::hair_absorption(color[i], f[i].beta_n);
   } else {
     const pattern::InputValues<float> eumelanin(in_.eumelanin, points), pheomelanin(in_.pheomelanin, points);
-    for (int i = 0; i < points.count; ++i) f[i].sigma_a = not_negative(scattering::hair_absorption(eumelanin[i], pheomelanin[i]));
+    for (int i = 0; i < points.count; ++i)
+      f[i].sigma_a = not_negative(scattering::hair_absorption(eumelanin[i], pheomelanin[i]));
   }
   for (int i = 0; i < points.count; ++i) out[i] = f[i].bsdf();
 }
