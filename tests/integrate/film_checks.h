@@ -5,7 +5,9 @@
 
 #include <algorithm>
 
+#include "dapple/base/parallel.h"
 #include "dapple/scene/film.h"
+#include "tests/support/render_text.h"
 
 namespace dapple::test {
 
@@ -20,6 +22,19 @@ inline RGB expect_parts_add_up(const scene::Film& film) {
       second += film.light_group(x, y, 1);
     }
   return second;
+}
+
+constexpr size_t little_cache = 50000;  ///< bytes: entries go as others come
+
+/// render(little): a film, with memory enough for its caches, or with little.
+template <class Render>
+void expect_same_whatever_threads_and_memory(const Render& render) {
+  set_thread_count(1);
+  const scene::Film alone = render(false);
+  set_thread_count(4);
+  EXPECT_TRUE(same_bits(alone, render(false))) << "threads";
+  EXPECT_TRUE(same_bits(alone, render(true))) << "memory";
+  set_thread_count(0);
 }
 
 /// The crop shows that part of the whole, bit for bit.

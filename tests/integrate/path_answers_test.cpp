@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dapple/base/parallel.h"
 #include "dapple/build/integrator_factory.h"
 #include "tests/integrate/distribution_scenes.h"
 #include "tests/integrate/film_checks.h"
@@ -20,7 +19,9 @@ using test::build_text;
 using test::expect_near;
 using test::expect_part_of;
 using test::expect_parts_add_up;
+using test::expect_same_whatever_threads_and_memory;
 using test::furnished_room;
+using test::little_cache;
 using test::render_built;
 using test::same_bits;
 
@@ -84,13 +85,10 @@ TEST(PathAnswers, SendFewerRaysThanPaths) {
 TEST(PathAnswers, AreTheSameForAnyNumberOfThreadsAndAnyCache) {
   auto built = build_text(furnished_room(varnished));
   Cached settings{.bounces = 3};
-  set_thread_count(1);
-  const auto alone = settings.render(built);
-  set_thread_count(4);
-  EXPECT_TRUE(same_bits(alone.film, settings.render(built).film));
-  settings.cache_bytes = 50000;
-  EXPECT_TRUE(same_bits(alone.film, settings.render(built).film));
-  set_thread_count(0);
+  expect_same_whatever_threads_and_memory([&](bool little) {
+    if (little) settings.cache_bytes = little_cache;
+    return settings.render(built).film;
+  });
 }
 
 TEST(PathAnswers, DoNotDependOnTheCrop) {

@@ -3,7 +3,6 @@
 // light of either, whatever the cache's size, threads and crop.
 #include <gtest/gtest.h>
 
-#include "dapple/base/parallel.h"
 #include "dapple/build/integrator_factory.h"
 #include "tests/integrate/distribution_scenes.h"
 #include "tests/integrate/film_checks.h"
@@ -17,6 +16,7 @@ using test::build_text;
 using test::expect_near;
 using test::expect_part_of;
 using test::expect_parts_add_up;
+using test::expect_same_whatever_threads_and_memory;
 using test::furnished_room;
 using test::render_built;
 using test::same_bits;
@@ -89,13 +89,10 @@ std::string dear_leaves() {
 TEST(PathsBesideGrids, AreTheSameForAnyNumberOfThreadsAndAnyCache) {
   auto built = build_text(dear_leaves());
   Frame frame{.bounces = 3};
-  set_thread_count(1);
-  const auto alone = frame.render(built);
-  set_thread_count(4);
-  EXPECT_TRUE(same_bits(alone.film, frame.render(built).film));
-  frame.cache_mb = 0.1;
-  EXPECT_TRUE(same_bits(alone.film, frame.render(built).film));
-  set_thread_count(0);
+  expect_same_whatever_threads_and_memory([&](bool little) {
+    if (little) frame.cache_mb = 0.1;
+    return frame.render(built).film;
+  });
 }
 
 // Samples of grids wait for their points; those of paths in the same pixel wait with them, so that what depends on the

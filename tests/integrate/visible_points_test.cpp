@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "dapple/base/hash.h"
-#include "dapple/base/parallel.h"
 #include "dapple/build/integrator_factory.h"
 #include "tests/integrate/distribution_scenes.h"
+#include "tests/integrate/film_checks.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -17,8 +17,10 @@ using distribution::VisiblePoints;
 using integrate::CacheState;
 using test::build_text;
 using test::expect_near;
+using test::expect_same_whatever_threads_and_memory;
 using test::film;
 using test::furnished_room;
+using test::little_cache;
 using test::render_built;
 using test::same_bits;
 
@@ -64,13 +66,10 @@ TEST(VisiblePoints, OfDearShadersLieOnGrids) {
 TEST(VisiblePoints, OfSamplesAreTheSameForAnyNumberOfThreadsAndAnyCache) {
   const auto built = build_text(furnished_room(varnished));
   auto s = of_samples(3, true);
-  set_thread_count(1);
-  const auto alone = render_built(built, 4, s);
-  set_thread_count(4);
-  EXPECT_TRUE(same_bits(alone.film, render_built(built, 4, s).film));
-  s.cache_bytes = 50000;
-  EXPECT_TRUE(same_bits(alone.film, render_built(built, 4, s).film));
-  set_thread_count(0);
+  expect_same_whatever_threads_and_memory([&](bool little) {
+    if (little) s.cache_bytes = little_cache;
+    return render_built(built, 4, s).film;
+  });
 }
 
 // A hall under a sky that only a hole in its roof shows, a lamp of glowing leaves and a sun: what shadow rays find, and

@@ -20,6 +20,10 @@ int most_segments(const DistributionSettings& s) {
   return std::min(std::max(4, s.pixel_samples / 4), s.shading.diffuse_rays.at(0));
 }
 
+bool sees_small(const CameraSample& s) {
+  return s.source == Source::grid && PixelPoints::is_small(s.point.grid);
+}
+
 }  // namespace
 
 void Hider::locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, CameraSamples& s,
@@ -59,12 +63,6 @@ void Hider::locate(const PathSamples& traced, CameraSamples& s, ShadingWorkspace
     s.sample[p].features = traced.features[p];
   }
 }
-
-namespace {
-bool sees_small(const CameraSample& s) {
-  return s.source == Source::grid && PixelPoints::is_small(s.point.grid);
-}
-}  // namespace
 
 bool Hider::sees_small_patches(const CameraSamples& s) const {
   return std::any_of(s.sample, s.sample + s.count(), sees_small);
