@@ -10,6 +10,7 @@
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
+#include "dapple/path/path_samples.h"
 #include "dapple/path/path_workspace.h"
 #include "dapple/path/spread_paths.h"
 #include "dapple/scattering/sheet.h"
@@ -21,15 +22,12 @@ namespace dapple::path {
 using integrate::CacheState;
 using integrate::CameraBatch;
 using integrate::describe;
-using integrate::Integrator;
 using integrate::offset_origin;
-using integrate::ShadowRay;
 using integrate::TileWork;
 using scattering::Bsdf;
 using scattering::BsdfKind;
 using scattering::BsdfSample;
 using scattering::Lobe;
-using scene::Features;
 using scene::Film;
 using trace::no_id;
 using vegetation::CanopyTransport;
@@ -100,7 +98,7 @@ PathIntegrator::SeenLeaves PathIntegrator::look_at_leaves(int paths, const std::
   return seen;
 }
 
-std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
+std::unique_ptr<integrate::Integrator::Workspace> PathIntegrator::make_workspace() const {
   auto w = std::make_unique<PathWorkspace>();
   w->caches.resize(caches().size());
   ends_.prepare(*w);
@@ -134,6 +132,21 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
       for (int p = 0; p < w.path_count && w.wants_air; ++p)
         film.add_air(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.air[p]);
     });
+  ends_.collect_counts(w);
+}
+
+void PathIntegrator::trace(const std::vector<uint8_t>& others, const Film::Settings& film, const StopToken& stop,
+                           integrate::PathSamples& s, Workspace& workspace) const {
+  auto& w = static_cast<PathWorkspace&>(workspace);
+  prepare(film, stop, w);
+  w.camera = s.camera;
+  start_paths(w);
+  scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
+  leave_to_others(others, s, w);
+  take_step(0, w);
+  trace_paths(1, w);
+  if (flights_) trace_straight_flights(w);
+  write_samples(w, s);
   ends_.collect_counts(w);
 }
 

@@ -92,7 +92,6 @@ class PathIntegrator final : public integrate::CameraPaths {
   void prepare(const scene::Film::Settings& film, const StopToken& stop, PathWorkspace& w) const;
   std::vector<light::LightPoint> find_light_points() const;
   void start_paths(PathWorkspace& w) const;
-  static void leave(const std::vector<uint8_t>& others, integrate::PathSamples& s, PathWorkspace& w);
   void trace_paths(uint32_t first_step, PathWorkspace& w) const;
   void take_step(uint32_t step, PathWorkspace& w) const;
   void shade_points(uint32_t step, PathWorkspace& w) const;
