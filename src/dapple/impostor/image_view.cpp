@@ -78,20 +78,25 @@ ImageView::ImageView(const scene::Scene& scene, const TreeImages& images, float 
 void ImageView::place_instances(const scene::Scene& scene, const TreeImages& images, float texel_pixels) {
   const size_t count = scene.traced.single_count();
   std::vector<LevelChoice> choices(count);
-  std::vector<Placement> worlds(count);
   const auto object_of = [&](size_t i) -> const SplatObject* {
     const uint32_t object = scene.traced.object_of(uint32_t(i));
     return scene.traced.is_animated(uint32_t(i)) || object >= images.objects.size() ? nullptr
                                                                                     : images.objects[object].get();
   };
+  const auto world_of = [&](size_t i) {
+    Placement world;
+    scene.traced.instance_rows(uint32_t(i), 0, world.m);
+    return world;
+  };
+  const auto draws_of = [](const LevelChoice& c) { return c.ray_share < LevelChoice::ray_steps ? c.count : 0; };
   parallel_ranges(count, 1024, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const SplatObject* object = object_of(i);
-      if (!object) continue;
-      scene.traced.instance_rows(uint32_t(i), 0, worlds[i].m);
-      choices[i] = LevelChoice(*object, worlds[i], camera_, resolution_, texel_pixels, i);
-    }
+    for (size_t i = begin; i < end; ++i)
+      if (const SplatObject* object = object_of(i))
+        choices[i] = LevelChoice(*object, world_of(i), camera_, resolution_, texel_pixels, i);
   });
+  size_t drawn = 0;
+  for (const LevelChoice& c : choices) drawn += size_t(draws_of(c));
+  draws_.reserve(drawn), placements_.reserve(drawn);
   by_rays += scene.traced.instance_count() - count;
   ray_shares_.assign(count, LevelChoice::ray_steps);
   for (size_t i = 0; i < count; ++i) {
@@ -103,11 +108,12 @@ void ImageView::place_instances(const scene::Scene& scene, const TreeImages& ima
     }
     ray_shares_[i] = c.visible ? uint8_t(c.ray_share) : 0;
     c.visible ? ++(c.count > 0 ? by_images : by_rays) : ++unseen;
-    for (int u = 0; u < c.count && c.ray_share < LevelChoice::ray_steps; ++u) {
-      const ScreenMap map = camera_.after(worlds[i]);
+    for (int u = 0; u < draws_of(c); ++u) {
+      const Placement world = world_of(i);
+      const ScreenMap map = camera_.after(world);
       draws_.push_back({object, c.use[size_t(u)].level, uint32_t(i), c.use[size_t(u)].samples, c.ray_share, map,
                         object->reach(map, resolution_)});
-      placements_.push_back(worlds[i]);
+      placements_.push_back(world);
     }
   }
 }

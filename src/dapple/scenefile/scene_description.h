@@ -67,25 +67,23 @@ struct ShapeEntity : Entity {
 };
 
 /// An affine TransformPair in the space of 12 floats, and of 12 more only where it moves: there may be millions of
-/// instances. Where a translation is 256 or more, 24 doubles are kept as well.
+/// instances. Where a translation is 256 or more, as many doubles are kept as well.
 class CompactTransform {
  public:
   explicit CompactTransform(const TransformPair& affine);
   TransformPair expand() const;
   /// As the file says it, where it is far; else as expand().
-  TransformPair exact() const { return far_ ? *far_ : expand(); }
+  TransformPair exact() const;
   /// Of the bits: transforms of one key are most likely the same.
   uint64_t key() const;
-  friend bool operator==(const CompactTransform& a, const CompactTransform& b) {
-    if (a.far_ && b.far_ && !(a.far_->start == b.far_->start && a.far_->end == b.far_->end)) return false;
-    return a.start_ == b.start_ && (a.end_ ? b.end_ && *a.end_ == *b.end_ : !b.end_);
-  }
+  friend bool operator==(const CompactTransform& a, const CompactTransform& b);
 
  private:
   using Rows = std::array<float, 12>;  ///< the upper three rows
+  using ExactRows = std::array<double, 12>;
   Rows start_;
   std::unique_ptr<const Rows> end_;
-  std::unique_ptr<const TransformPair> far_;
+  std::unique_ptr<const ExactRows[]> far_;  ///< at the start, and at the end if there is end_; null if near
 };
 
 /// ObjectInstance: `object` indexes SceneDescription::objects; the transform is applied after those of the definition
