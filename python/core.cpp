@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The module dapple._core: <dapple/dapple.h> with NumPy arrays in and out. What users see is python/dapple/_scene.py.
-#include <dapple/dapple.h>
-#include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
+#include <set>
 #include <thread>
 
+#include "bindings.h"
 #include "picture_header.h"
 
 namespace py = pybind11;
 using namespace py::literals;
 using namespace dapple;
+using dapple::python::options_of;
 
 namespace {
 
@@ -26,38 +24,40 @@ using Integers = py::array_t<int32_t, py::array::c_style | py::array::forcecast>
 struct DictParams {
   explicit DictParams(const py::dict& dict) {
     for (const auto& [key, value] : dict)
-      params.push_back(param(py::cast<std::string>(key), py::object(py::reinterpret_borrow<py::object>(value))));
+      params.push_back(param(python::cast<std::string>(key, "name of a parameter", "a string"),
+                             py::object(py::reinterpret_borrow<py::object>(value))));
   }
 
   Params params;
 
  private:
   Param param(const std::string& declaration, const py::object& value) {
+    const std::string what = "parameter \"" + declaration + "\"";
     if (py::isinstance<py::bool_>(value)) return {declaration, py::cast<bool>(value)};
-    if (py::isinstance<py::str>(value)) return {declaration, py::cast<std::string>(value)};
+    if (py::isinstance<py::str>(value)) return {declaration, python::cast<std::string>(value, what, "text")};
     if (py::isinstance<py::array>(value)) {
       const auto array = py::cast<py::array>(value);
-      if (array.size() > 16 && array.dtype().kind() == 'f') {
+      const char kind = array.dtype().kind();
+      if (array.size() > 16 && kind == 'f' && declaration.rfind("integer ", 0) != 0) {
         const Floats& floats = float_arrays.emplace_back(py::cast<Floats>(array));
         return {declaration, std::span<const float>(floats.data(), size_t(floats.size()))};
       }
-      if (array.size() > 16 && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u')) {
+      if (array.size() > 16 && (kind == 'i' || kind == 'u')) {
         const Integers& integers = integer_arrays.emplace_back(py::cast<Integers>(array));
         return {declaration, std::span<const int32_t>(integers.data(), size_t(integers.size()))};
       }
       const py::list flat = array.attr("ravel")().attr("tolist")();
-      return {declaration, Param::Value(py::cast<std::vector<double>>(flat))};
+      return {declaration, Param::Value(python::cast<std::vector<double>>(flat, what, "an array of real numbers"))};
     }
-    if (py::isinstance<py::sequence>(value)) {
+    if (py::isinstance<py::sequence>(value) && !py::isinstance<py::bytes>(value)) {
       const auto items = py::cast<py::sequence>(value);
       if (items.size() > 0 && py::isinstance<py::str>(items[0]))
-        return {declaration, Param::Value(py::cast<std::vector<std::string>>(items))};
-      return {declaration, Param::Value(py::cast<std::vector<double>>(items))};
+        return {declaration, Param::Value(python::cast<std::vector<std::string>>(items, what, "strings alone"))};
+      return {declaration, Param::Value(python::cast<std::vector<double>>(items, what, "a list of numbers"))};
     }
     if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value) || py::hasattr(value, "__float__"))
-      return {declaration, py::cast<double>(py::float_(value))};
-    throw py::type_error("parameter \"" + declaration +
-                         "\": expected a number, bool, string, or a sequence or array of these");
+      return {declaration, python::cast<double>(value, what, "a number")};
+    throw py::type_error(what + ": expected a number, bool, string, or a sequence or array of these");
   }
 
   std::vector<Floats> float_arrays;
@@ -102,29 +102,6 @@ std::string channel_of(const std::string& layer, const std::string& channel) {
   return layer + "." + (at < 3 ? std::string("XYZ").substr(at, 1) : channel);
 }
 
-/// The same of a picture that others look at as well: read-only.
-py::dict layers_of(const std::shared_ptr<const Picture>& picture) {
-  py::dict layers;
-  for (const Layer& layer : picture->layers) {
-    const py::capsule keeps(new std::shared_ptr<const Picture>(picture),
-                            [](void* p) { delete static_cast<std::shared_ptr<const Picture>*>(p); });
-    py::array_t<float> array({py::ssize_t(layer.height), py::ssize_t(layer.width), py::ssize_t(layer.channels.size())},
-                             layer.pixels.data(), keeps);
-    array.attr("flags").attr("writeable") = false;
-    layers[py::str(layer.name)] = std::move(array);
-  }
-  return layers;
-}
-
-py::dict dict_of(const Statistics& s) {
-  py::dict caches;
-  for (const CacheUse& c : s.caches)
-    caches[py::str(c.name)] = py::dict("lookups"_a = c.lookups, "hits"_a = c.hits, "fills"_a = c.fills,
-                                       "evictions"_a = c.evictions, "bytes"_a = c.bytes);
-  return py::dict("pixel_samples"_a = s.pixel_samples, "finished"_a = s.finished, "seconds"_a = s.seconds,
-                  "build_seconds"_a = s.build_seconds, "rays"_a = s.rays, "caches"_a = caches);
-}
-
 Layer layer_of(const Floats& a, const char* what) {
   if (a.ndim() != 3) throw py::value_error(std::string(what) + ": expected an array of H x W x C");
   Layer layer{"", {}, int(a.shape(1)), int(a.shape(0)), {a.data(), a.data() + a.size()}};
@@ -134,12 +111,50 @@ Layer layer_of(const Floats& a, const char* what) {
   return layer;
 }
 
+/// What is being rendered, so that the interpreter can end: threads that come back to it after that take the process
+/// down.
+class Renderings {
+ public:
+  /// With the GIL. SceneError if the interpreter ends.
+  void add(std::atomic<bool>* stop) {
+    const std::lock_guard lock(mutex_);
+    if (has_ended_) throw SceneError(SceneError::Kind::usage, "the interpreter ends: nothing is rendered any more");
+    stops_.insert(stop);
+  }
+  void remove(std::atomic<bool>* stop) {
+    const std::lock_guard lock(mutex_);
+    stops_.erase(stop);
+    changed_.notify_all();
+  }
+  /// Without the GIL: stops all, and waits for them.
+  void end() {
+    std::unique_lock lock(mutex_);
+    has_ended_ = true;
+    for (std::atomic<bool>* stop : stops_) *stop = true;
+    changed_.wait(lock, [&] { return stops_.empty(); });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::set<std::atomic<bool>*> stops_;
+  bool has_ended_ = false;
+};
+
+Renderings& renderings() {
+  static auto& all = *new Renderings;
+  return all;
+}
+
 /// Runs work on a thread of its own while this one sees to Ctrl-C and the progress callback.
 template <class Result, class Work>
 Result attended(const py::object& progress, const Work& work) {
   std::mutex mutex;
   std::condition_variable changed;
   std::atomic<bool> stop{false};
+  renderings().add(&stop);
+  const std::unique_ptr<std::atomic<bool>, void (*)(std::atomic<bool>*)> listed(
+      &stop, [](std::atomic<bool>* s) { renderings().remove(s); });
   bool done = false, has_news = false;
   Progress news;
   std::optional<Result> result;
@@ -188,28 +203,63 @@ Result attended(const py::object& progress, const Work& work) {
 }
 
 template <class T>
-std::optional<T> optional_of(const py::dict& options, const char* name) {
+std::optional<T> optional_of(const py::dict& options, const char* name, const char* expected) {
   if (!options.contains(name) || options[name].is_none()) return std::nullopt;
-  return py::cast<T>(options[name]);
+  return python::cast<T>(options[name], std::string("option \"") + name + '"', expected);
 }
 
+}  // namespace
+
+namespace dapple::python {
+
 RenderOptions options_of(const py::dict& d) {
+  const char *const text = "a string", *const count = "a whole number", *const number = "a number",
+                    *const flag = "True or False";
   RenderOptions o;
-  o.preset = optional_of<std::string>(d, "preset").value_or("");
-  o.integrator = optional_of<std::string>(d, "integrator").value_or("");
-  if (const auto r = optional_of<std::array<int, 2>>(d, "resolution")) o.width = (*r)[0], o.height = (*r)[1];
-  o.crop = optional_of<std::array<int, 4>>(d, "crop");
-  o.pixel_samples = optional_of<int>(d, "pixel_samples");
-  o.max_pixel_samples = optional_of<int>(d, "max_pixel_samples");
-  o.seed = optional_of<uint64_t>(d, "seed");
-  o.denoise = optional_of<bool>(d, "denoise");
-  o.cache_mb = optional_of<double>(d, "cache_mb");
-  o.time_limit = optional_of<double>(d, "time_limit").value_or(0);
-  o.noise_target = optional_of<double>(d, "noise_target").value_or(0);
-  o.aovs = optional_of<std::vector<std::string>>(d, "aovs").value_or(std::vector<std::string>());
-  o.light_groups = optional_of<bool>(d, "light_groups").value_or(false);
+  o.preset = optional_of<std::string>(d, "preset", text).value_or("");
+  o.integrator = optional_of<std::string>(d, "integrator", text).value_or("");
+  if (const auto r = optional_of<std::array<int, 2>>(d, "resolution", "(width, height)"))
+    o.width = (*r)[0], o.height = (*r)[1];
+  o.crop = optional_of<std::array<int, 4>>(d, "crop", "(x0, y0, x1, y1)");
+  o.pixel_samples = optional_of<int>(d, "pixel_samples", count);
+  o.max_pixel_samples = optional_of<int>(d, "max_pixel_samples", count);
+  o.seed = optional_of<uint64_t>(d, "seed", "a whole number from 0 to 2^64 - 1");
+  o.denoise = optional_of<bool>(d, "denoise", flag);
+  o.cache_mb = optional_of<double>(d, "cache_mb", number);
+  o.time_limit = optional_of<double>(d, "time_limit", number).value_or(0);
+  o.noise_target = optional_of<double>(d, "noise_target", number).value_or(0);
+  o.aovs = optional_of<std::vector<std::string>>(d, "aovs", "a list of strings").value_or(std::vector<std::string>());
+  o.light_groups = optional_of<bool>(d, "light_groups", flag).value_or(false);
   return o;
 }
+
+py::dict layers_of(const std::shared_ptr<const Picture>& picture) {
+  py::dict layers;
+  for (const Layer& layer : picture->layers) {
+    const py::capsule keeps(new std::shared_ptr<const Picture>(picture),
+                            [](void* p) { delete static_cast<std::shared_ptr<const Picture>*>(p); });
+    py::array_t<float> array({py::ssize_t(layer.height), py::ssize_t(layer.width), py::ssize_t(layer.channels.size())},
+                             layer.pixels.data(), keeps);
+    array.attr("flags").attr("writeable") = false;
+    layers[py::str(layer.name)] = std::move(array);
+  }
+  return layers;
+}
+
+py::dict dict_of(const Statistics& s) {
+  py::dict caches;
+  for (const CacheUse& c : s.caches)
+    caches[py::str(c.name)] = py::dict("lookups"_a = c.lookups, "hits"_a = c.hits, "fills"_a = c.fills,
+                                       "evictions"_a = c.evictions, "bytes"_a = c.bytes);
+  return py::dict("pixel_samples"_a = s.pixel_samples, "finished"_a = s.finished, "seconds"_a = s.seconds,
+                  "build_seconds"_a = s.build_seconds, "rays"_a = s.rays, "caches"_a = caches);
+}
+
+}  // namespace dapple::python
+
+namespace {
+
+using dapple::python::dict_of;
 
 Shape shape_of(const std::string& type, const DictParams& params, const std::string& name, const std::string& material,
                const py::object& emission, const py::object& placement) {
@@ -322,125 +372,21 @@ void add_scene(py::module_& m) {
       });
 }
 
-/// A live session whose calls that may wait give up the GIL, which edits want on the session's thread.
-class PyLiveSession {
- public:
-  PyLiveSession(Scene& scene, const py::dict& options) {
-    const RenderOptions o = options_of(options);
-    const py::gil_scoped_release release;
-    session_ = std::make_unique<LiveSession>(std::move(scene), o);
-  }
-  ~PyLiveSession() { close(); }
-  void close() {
-    const py::gil_scoped_release release;
-    session_.reset();
-  }
-
-  std::shared_future<void> edit(const py::function& change) {
-    check_open();
-    // Whoever lets go of it last does so under the GIL.
-    const std::shared_ptr<py::function> kept(new py::function(change), [](py::function* f) {
-      const py::gil_scoped_acquire acquire;
-      delete f;
-    });
-    const py::gil_scoped_release release;
-    return session_
-        ->edit([kept](Scene& scene) {
-          const py::gil_scoped_acquire acquire;
-          const py::object lent = py::cast(std::move(scene));  // whoever keeps it has an empty one afterwards
-          std::optional<std::string> problem;
-          try {
-            (*kept)(lent);
-          } catch (const py::error_already_set& error) {
-            problem = error.what();
-          }
-          scene = std::move(lent.cast<Scene&>());
-          if (problem) throw SceneError(SceneError::Kind::usage, *problem);
-        })
-        .share();
-  }
-
-  std::shared_future<void> gain(const std::string& group, const std::array<double, 3>& gain) {
-    check_open();
-    const py::gil_scoped_release release;
-    return session_->gain(group, gain).share();
-  }
-
-  void check_open() const {
-    if (!session_) throw SceneError(SceneError::Kind::usage, "the session is closed");
-  }
-
-  py::object frame() const {
-    check_open();
-    std::optional<LiveFrame> f;
-    {
-      const py::gil_scoped_release release;
-      f = session_->frame();
-    }
-    return dict_of_frame(f);
-  }
-  py::object wait(double seconds) const {
-    check_open();
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-    for (;;) {
-      std::optional<LiveFrame> f;
-      {
-        const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
-        const py::gil_scoped_release release;
-        f = session_->wait(std::clamp(left, 0.0, .1));
-      }
-      if (f || std::chrono::steady_clock::now() >= end) return dict_of_frame(f);
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    }
-  }
-  void write(const std::string& path) {
-    check_open();
-    const py::gil_scoped_release release;
-    session_->write(path);
-  }
-
- private:
-  static py::object dict_of_frame(const std::optional<LiveFrame>& f) {
-    if (!f) return py::none();
-    return py::dict("layers"_a = layers_of(f->picture), "statistics"_a = dict_of(f->picture->statistics),
-                    "header"_a = header_of(*f->picture), "reduction"_a = f->reduction,
-                    "pixel_samples"_a = f->pixel_samples, "edits"_a = f->edits, "settled"_a = f->settled,
-                    "seconds"_a = f->seconds);
-  }
-
-  std::unique_ptr<LiveSession> session_;
-};
-
-void add_live_session(py::module_& m) {
-  using Future = std::shared_future<void>;
-  py::class_<Future>(m, "Edit")
-      .def("done", [](const Future& f) { return f.wait_for(std::chrono::seconds(0)) == std::future_status::ready; })
-      .def(
-          "result", [](const Future& f) { f.get(); }, py::call_guard<py::gil_scoped_release>());
-  py::class_<PyLiveSession>(m, "LiveSession")
-      .def(py::init<Scene&, const py::dict&>())
-      .def("edit", &PyLiveSession::edit)
-      .def("gain", &PyLiveSession::gain)
-      .def("frame", &PyLiveSession::frame)
-      .def("wait", &PyLiveSession::wait)
-      .def("write", &PyLiveSession::write)
-      .def("close", &PyLiveSession::close);
-}
-
 }  // namespace
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Behind dapple: scenes, renderings and pictures.";
   add_errors(m);
   add_scene(m);
-  add_live_session(m);
+  python::add_live_session(m);
   m.def("read", [](const std::string& path) { return layers_of(read(path)); });
   m.def("write", [](const std::string& path, const py::dict& layers, const py::dict& header) {
     Picture picture;
     set_header(header, &picture);
     for (const auto& [key, value] : layers) {
-      const std::string name = py::cast<std::string>(key);
-      Layer layer = layer_of(py::cast<Floats>(value), name.empty() ? "picture" : name.c_str());
+      const auto name = python::cast<std::string>(key, "name of a layer", "a string");
+      const std::string what = name.empty() ? "picture" : name;
+      Layer layer = layer_of(python::cast<Floats>(value, what, "an array of H x W x C numbers"), what.c_str());
       layer.name = name;
       for (std::string& channel : layer.channels) channel = channel_of(name, channel);
       picture.layers.push_back(std::move(layer));
@@ -463,5 +409,7 @@ PYBIND11_MODULE(_core, m) {
     return array_of(std::move(clean));
   });
   m.def("set_threads", &set_threads, "count"_a);
+  m.def(
+      "end_renderings", [] { renderings().end(); }, py::call_guard<py::gil_scoped_release>());
   m.def("version", &version);
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "dapple/base/error.h"
+#include "dapple/base/parallel.h"
 #include "dapple/build/level_of_detail.h"
 
 namespace dapple::app {
@@ -116,7 +117,7 @@ CLI::Validator seed_check() {
 
 void add_threads(CLI::App& app, int& threads) {
   app.add_option("--threads", threads, "Threads; 0 = all processors")
-      ->check(CLI::Range(0, 1024))
+      ->check(CLI::Range(0, most_threads))
       ->capture_default_str();
 }
 

@@ -29,17 +29,26 @@ std::optional<OutputFiles::Identity> OutputFiles::identity(const std::string& pa
   return Identity(s.st_dev, s.st_ino);
 }
 
+// As they are now: what has been written is another file than before.
+std::map<OutputFiles::Identity, const OutputFiles::Output*> OutputFiles::existing() const {
+  std::map<Identity, const Output*> files;
+  for (const auto& [name, output] : by_name_)
+    if (const auto id = identity(output.path)) files.emplace(*id, &output);
+  return files;
+}
+
 void OutputFiles::add(Output output) {
   const auto refuse = [&](const Output& other) {
     throw UsageError(output.what + " and " + other.what + " would both write \"" + output.path +
                      "\"; expected a file for each");
   };
-  const auto [named, is_new] = by_name_.emplace(plain_name(output.path), output);
-  if (!is_new) refuse(named->second);
+  const std::string name = plain_name(output.path);
+  if (const auto named = by_name_.find(name); named != by_name_.end()) refuse(named->second);
   if (const auto id = identity(output.path)) {
-    const auto [same, first] = existing_.emplace(*id, output);
-    if (!first) refuse(same->second);
+    const auto files = existing();
+    if (const auto same = files.find(*id); same != files.end()) refuse(*same->second);
   }
+  by_name_.emplace(name, std::move(output));
 }
 
 void OutputFiles::add(const std::string& option, const std::string& path) {
@@ -59,11 +68,15 @@ void OutputFiles::add_image_of_scene(const std::string& path, const std::string&
 }
 
 void OutputFiles::check_input(const std::string& path) const {
-  if (existing_.empty()) return;  // a file that is read exists
+  check_input(path, existing());
+}
+
+void OutputFiles::check_input(const std::string& path, const std::map<Identity, const Output*>& existing) const {
+  if (existing.empty()) return;  // a file that is read exists
   const auto id = identity(path == "-" ? "/dev/stdin" : path);
-  const auto found = id ? existing_.find(*id) : existing_.end();
-  if (found == existing_.end()) return;
-  const Output& output = found->second;
+  const auto found = id ? existing.find(*id) : existing.end();
+  if (found == existing.end()) return;
+  const Output& output = *found->second;
   const std::string message =
       output.what + " would overwrite \"" + output.path + "\", which is read; expected another file";
   if (!output.place.empty()) throw InputError(FileLoc{output.place, 0, 0}, message + ", or one given by -o");
@@ -71,8 +84,8 @@ void OutputFiles::check_input(const std::string& path) const {
 }
 
 void OutputFiles::check_inputs(const std::vector<std::string>& paths) const {
-  if (existing_.empty()) return;
-  for (const std::string& path : paths) check_input(path);
+  const auto files = existing();
+  for (const std::string& path : paths) check_input(path, files);
 }
 
 }  // namespace dapple::app

@@ -32,10 +32,11 @@ class OutputFiles {
   };
   using Identity = std::pair<uint64_t, uint64_t>;  ///< device and number
   static std::optional<Identity> identity(const std::string& path);
+  std::map<Identity, const Output*> existing() const;
+  void check_input(const std::string& path, const std::map<Identity, const Output*>& existing) const;
   void add(Output output);
 
   std::map<std::string, Output> by_name_;
-  std::map<Identity, Output> existing_;
 };
 
 }  // namespace dapple::app

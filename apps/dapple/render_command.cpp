@@ -342,6 +342,8 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   std::vector<std::string> paths = job.paths;
   job.outputs.check_inputs(built.named_files);
   job.outputs.check_input(o.ocio);
+  const V2i size = built.scene->film.crop.size();
+  for (const std::string& path : paths) image::check_size(path, size.x, size.y);
 
   render::PictureRequest asked = picture_request(o);
   asked.previous = job.previous ? &*job.previous : nullptr, asked.next = job.next ? &*job.next : nullptr;

@@ -43,6 +43,14 @@ def _close_sessions() -> None:  # while their threads can still call Python
         session.close()
 
 
+def _abandon_sessions() -> None:  # whose threads a forked process does not have
+    for session in list(_open_sessions):
+        session._core.abandon()
+
+
+os.register_at_fork(after_in_child=_abandon_sessions)
+
+
 class LiveSession:
     """Renders a scene in the background while it is edited. It takes the scene, which is to be used no more by itself.
 

@@ -2,6 +2,7 @@
 """Scenes, their sessions, pictures of files: what `import dapple` shows of them."""
 from __future__ import annotations
 
+import atexit
 import os
 from collections.abc import Mapping, MutableMapping
 from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
@@ -11,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import SceneError
+
+atexit.register(_core.end_renderings)  # of daemon threads
 
 Image = NDArray[np.float32]
 HeaderValue = Union[str, int, float, Sequence[float]]

@@ -261,6 +261,8 @@ class LiveSession {
   /// cannot be rendered.
   std::optional<LiveFrame> wait(double seconds = 1e9) const;
   void write(const std::string& path);  ///< Scene::write(); waits for the edits before it
+  /// Whether an edit calls this. There wait() and write() throw SceneError, and the session must not end.
+  bool is_own_thread() const;
 
  private:
   class Impl;
@@ -273,7 +275,7 @@ Picture read(const std::string& path);
 Layer denoised(const Layer& picture, const Layer* albedo = nullptr, const Layer* normal = nullptr,
                const std::string& weights_folder = DAPPLE_INSTALLED_WEIGHTS);
 
-/// Threads of all renderings of the process; 0: all processors.
+/// Threads of all renderings of the process, 1024 at most; 0: all processors.
 void set_threads(int count);
 std::string version();  ///< of Dapple
 

@@ -65,6 +65,41 @@ TEST(LiveSession, HasTheSceneAlone) {
   EXPECT_THROW(LiveSession(std::move(scene)), SceneError);
 }
 
+TEST(LiveSession, TakesNoSceneThatIsBeingRendered) {
+  Scene scene = Scene::parse(room);
+  RenderOptions options;
+  int refused = 0;
+  options.progress = [&](const Progress&) {
+    try {
+      const LiveSession session(std::move(scene));
+    } catch (const SceneError&) {
+      ++refused;
+    }
+    EXPECT_THROW(scene.render(), SceneError);
+    return false;
+  };
+  scene.render(options);
+  EXPECT_EQ(refused, 1);
+  const LiveSession session(std::move(scene));  // now it does
+}
+
+TEST(LiveSession, EditsCannotWaitForIt) {
+  LiveSession session(Scene::parse(room));
+  const std::string path = testing::TempDir() + "/own-" + std::to_string(::getpid()) + ".pbrt";
+  EXPECT_FALSE(session.is_own_thread());
+  session
+      .edit([&](Scene&) {
+        EXPECT_TRUE(session.is_own_thread());
+        EXPECT_THROW(session.wait(), SceneError);
+        EXPECT_THROW(session.wait(0), SceneError);
+        EXPECT_THROW(session.write(path), SceneError);
+        session.frame();
+      })
+      .get();
+  EXPECT_FALSE(std::filesystem::exists(path));
+  settled(session);
+}
+
 TEST(LiveSession, FramesComeFinerAndFiner) {
   std::vector<int> reductions;
   LiveSession session(Scene::parse(room), {}, [&](const LiveFrame& f) {

@@ -3,6 +3,7 @@
 // exit code 0 or 3 within 5 s and 1 GiB; 3 comes with file and line and leaves no image; 0 leaves an image of finite
 // numbers.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -162,6 +163,26 @@ TEST(LargeBadScene, LongList) {
 TEST(LargeBadScene, CoincidentInstances) {
   check_text("ObjectBegin \"o\"\nShape \"sphere\"\nObjectEnd\n" +
              repeated(100000, [](int) { return "ObjectInstance \"o\"\n"; }));
+}
+
+// Nobody writes to it.
+TEST(BadInput, PipesAreNotWaitedFor) {
+  ScratchFolder folder;
+  const std::string scene = folder.file("scene.pbrt"), pipe = folder.file("pipe"), image = folder.file("image.exr");
+  std::ofstream(scene) << scene_head << "LightSource \"infinite\"\n" << triangle;
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  ASSERT_EQ(run_dapple({"render", scene, "-o", image, "--pixel-samples", "1", "--resolution", "8x8"}, 60).exit_code, 0);
+  const std::string out = folder.file("out.png");
+  for (const std::vector<std::string>& arguments : std::initializer_list<std::vector<std::string>>{
+           {"render", scene, "-o", out, "--denoise", "on", "--denoise-weights", pipe},
+           {"denoise", image, "-o", folder.file("clean.exr"), "--weights", pipe},
+           {"trees", "info", pipe},
+           {"render", scene, "-o", out, "--ocio", pipe, "--view", "a"}}) {
+    const ProcessResult result = run_dapple(arguments, 60);
+    EXPECT_TRUE(result.exit_code == 3 || result.exit_code == 4) << result.exit_code << ": " << result.output;
+    EXPECT_NE(result.output.find("not a regular file"), std::string::npos) << result.output;
+  }
+  EXPECT_FALSE(fs::exists(out));
 }
 
 // OpenEXR's damaged files, as a texture and as an environment.

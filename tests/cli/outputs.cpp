@@ -192,5 +192,28 @@ TEST_F(Outputs, OfCanopyAreNotInputs) {
     }
 }
 
+// libjpeg ends the process for it.
+TEST_F(Outputs, TooLargeAJpegIsRefusedBeforeItIsRendered) {
+  write_scene("film.exr");
+  std::ofstream(file("wide.jpg")) << "kept";
+  const ProcessResult wide = run(
+      {"render", "plain.pbrt", "--resolution", "65501x1", "--pixel-samples", "1", "-o", "wide.exr", "-o", "wide.jpg"});
+  EXPECT_EQ(wide.exit_code, 2) << wide.output;
+  EXPECT_NE(wide.output.find("65500"), std::string::npos) << wide.output;
+  EXPECT_FALSE(fs::exists(file("wide.exr")));
+  EXPECT_EQ(text_of(file("wide.jpg")), "kept");
+  EXPECT_EQ(run({"render", "plain.pbrt", "--resolution", "65501x1", "--crop", "0,0,65500,1", "--pixel-samples", "1",
+                 "--preset", "draft", "-o", "wide.jpg"})
+                .exit_code,
+            0);
+  EXPECT_EQ(run({"render", "plain.pbrt", "--resolution", "65501x1", "--pixel-samples", "1", "--preset", "draft", "-o",
+                 "wide.exr"})
+                .exit_code,
+            0);
+  const ProcessResult denoised = run({"denoise", "wide.exr", "-o", "clean.jpg"});
+  EXPECT_EQ(denoised.exit_code, 2) << denoised.output;
+  EXPECT_FALSE(fs::exists(file("clean.jpg")));
+}
+
 }  // namespace
 }  // namespace dapple::test

@@ -56,5 +56,33 @@ TEST(Watch, RendersWhatIsSaved) {
   EXPECT_EQ(load_picture(image).rgb, load_picture(again).rgb);
 }
 
+// Each picture is another file than the one before.
+TEST(Watch, KeepsTheFilesThatTheSceneReads) {
+  ScratchFolder folder;
+  const std::string scene = folder.file("scene.pbrt"), image = folder.file("image.exr");
+  const auto save = [&](const std::string& material) {
+    std::ofstream(folder.file("new")) << "LookAt 0 0 -4 0 0 0 0 1 0 Camera \"perspective\"\n"
+                                         "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n"
+                                         "Sampler \"zsobol\" \"integer pixelsamples\" 1 WorldBegin\n"
+                                         "LightSource \"infinite\"\n"
+                                      << material << "\nShape \"sphere\"\n";
+    std::filesystem::rename(folder.file("new"), scene);
+  };
+  save("");
+  Process process({DAPPLE_BINARY, "render", scene, "-o", image, "--watch"});
+  ASSERT_TRUE(says(process, "watching ", 1)) << process.output();
+  const auto first = std::filesystem::last_write_time(image);
+  save(
+      "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"image.exr\" Material \"diffuse\" \"texture "
+      "reflectance\" \"t\"");
+  ASSERT_TRUE(says(process, "which is read", 1)) << process.output();
+  EXPECT_EQ(std::filesystem::last_write_time(image), first);
+  save("Material \"diffuse\"");
+  ASSERT_TRUE(says(process, "watching ", 3)) << process.output();
+  EXPECT_NE(std::filesystem::last_write_time(image), first);
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait(30).exit_code, 130);
+}
+
 }  // namespace
 }  // namespace dapple::test

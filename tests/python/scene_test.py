@@ -312,6 +312,131 @@ class SceneTest(unittest.TestCase):
             refuses(lambda: dapple.LiveSession(self.scene))
             refuses(lambda: dapple.Session(self.scene).render())
 
+    def test_a_scene_that_is_rendered_is_not_handed_over(self):
+        refused = []
+
+        def progress(*_):
+            for use in (lambda: dapple.LiveSession(self.scene), self.scene.render):
+                with self.assertRaisesRegex(dapple.SceneError, "being rendered") as caught:
+                    use()
+                refused.append(caught.exception)
+            return False
+
+        dapple.Session(self.scene, pixel_samples=10**6, progress=progress).render()
+        self.assertEqual(len(refused), 2)
+        self.assertTrue(list(self.scene.lights))
+
+    def test_edits_cannot_wait_for_their_session(self):
+        live = dapple.LiveSession(self.scene, pixel_samples=1)
+        errors = []
+
+        def change(_):
+            for use in (live.wait, live.close, lambda: live.write("never.pbrt"),
+                        lambda: live.edit(lambda scene: None).result()):
+                with self.assertRaises(dapple.SceneError) as caught:
+                    use()
+                errors.append(str(caught.exception))
+
+        live.edit(change).result()
+        self.assertEqual(len(errors), 4)
+        self.assertFalse(os.path.exists("never.pbrt"))
+        self.assertTrue(live.wait(60).settled)
+        live.close()
+
+    def test_a_session_is_closed_under_those_who_wait(self):
+        live = dapple.LiveSession(self.scene, pixel_samples=10**6)
+        errors = []
+
+        def wait():
+            try:
+                live.wait()
+            except dapple.SceneError as error:
+                errors.append(str(error))
+
+        threads = [threading.Thread(target=wait) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        time.sleep(.2)
+        late = live.edit(lambda scene: time.sleep(.3))
+        never = live.edit(lambda scene: None)
+        live.close()
+        for thread in threads:
+            thread.join(60)
+        self.assertEqual(errors, ["the session is closed"] * 3)
+        for edit in (late, never):
+            try:
+                edit.result()
+            except dapple.SceneError as error:
+                self.assertIn("closed", str(error))
+
+    def test_sessions_end_with_their_owners(self):
+        program = """
+import gc, os, sys, threading, time
+import dapple
+scene = dapple.load(sys.argv[1])
+if sys.argv[2] == "daemon":
+    threading.Thread(target=lambda: scene.render(pixel_samples=10**6), daemon=True).start()
+    time.sleep(.3)
+elif sys.argv[2] == "fork":
+    live = dapple.LiveSession(scene, pixel_samples=1)
+    live.wait()
+    child = os.fork()
+    if child == 0:
+        live = None
+        gc.collect()
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+else:  # the last who holds it is an edit
+    class Holder: pass
+    holder = Holder()
+    holder.live = dapple.LiveSession(scene, pixel_samples=1)
+    gone = threading.Event()
+    def change(scene, holder=holder):
+        gone.wait(10)
+        holder.live = None
+    done = holder.live.edit(change)
+    gone.set()
+    try:
+        done.result()
+    except dapple.SceneError:
+        pass
+print("whole")
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            scene = os.path.join(folder, "room.pbrt")
+            with open(scene, "w", encoding="utf-8") as f:
+                f.write(ROOM)
+            for how in ("daemon", "fork", "own"):
+                with self.subTest(how):
+                    done = subprocess.run([sys.executable, "-c", program, scene, how], timeout=60, capture_output=True)
+                    self.assertEqual((done.returncode, done.stdout, done.stderr), (0, b"whole\n", b""))
+
+    def test_what_is_of_the_wrong_kind_is_named(self):
+        for option, value in (("pixel_samples", 2.0), ("pixel_samples", 2**31), ("denoise", "on"), ("resolution", "64x36"),
+                              ("resolution", (64,)), ("seed", -1), ("cache_mb", "100"), ("aovs", [1])):
+            with self.subTest(option=option, value=value), self.assertRaisesRegex(TypeError, f'"{option}": expected'):
+                self.scene.render(**{option: value})
+        for value in ([[1, 2], [3]], b"12", 1j, [None], np.array(["a"]), np.array([1j] * 30)):
+            with self.subTest(value=value), self.assertRaisesRegex(TypeError, '"float fov": expected'):
+                self.scene.camera.edit(**{"float fov": value})
+        with self.assertRaisesRegex(TypeError, "name of a layer"):
+            dapple.write("never.exr", np.ones((2, 2, 3)), {1: np.ones((2, 2, 3))})
+        for threads in (-5, 100000):
+            with self.assertRaisesRegex(dapple.SceneError, "from 0 to 1024"):
+                dapple.set_threads(threads)
+        with self.assertRaisesRegex(dapple.SceneError, "65500"):
+            dapple.write("never.jpg", np.ones((1, 65501, 3)))
+
+    def test_large_whole_numbers(self):
+        self.scene._core.edit("integrator", "", {"integer maxdepth": 300000})
+        self.scene._core.edit("sampler", "", {"integer seed": 2000000000})
+        points = np.zeros((100003, 3))
+        points[100000:] = np.eye(3)
+        for indices in ([100000, 100001, 100002], np.array([100000, 100001, 100002] * 6),
+                        np.array([100000., 100001., 100002.] * 6)):
+            self.scene.add_shape("trianglemesh", {"point3 P": points, "integer indices": indices})
+        self.assertEqual(self.scene.render(pixel_samples=1).shape, (16, 24, 3))
+
     def test_two_live_sessions_are_as_two_processes(self):
         program = """
 import sys

@@ -158,7 +158,11 @@ Layer denoised(const Layer& picture, const Layer* albedo, const Layer* normal, c
 }
 
 void set_threads(int count) {
-  set_thread_count(count);
+  api::guarded([&] {
+    if (count < 0 || count > most_threads)
+      throw UsageError("threads must be from 0 to " + std::to_string(most_threads) + "; got " + std::to_string(count));
+    set_thread_count(count);
+  });
 }
 
 std::string version() {

@@ -62,9 +62,10 @@ class LiveSession::Impl {
 
 LiveSession::LiveSession(Scene&& scene, const RenderOptions& options, std::function<void(const LiveFrame&)> on_frame) {
   impl_ = api::guarded([&] {
-    scene.impl().check_owned();
+    std::unique_ptr<Scene::Impl> taken;
+    const Scene::Impl::Busy busy(scene.impl());
     render::LiveSession::Options o = Impl::options_of(options, std::move(on_frame));
-    const std::unique_ptr<Scene::Impl> taken = std::move(scene.impl_);
+    taken = std::move(scene.impl_);
     return std::make_unique<Impl>(std::move(taken->owned), std::move(o));
   });
 }
@@ -96,11 +97,16 @@ std::optional<LiveFrame> LiveSession::frame() const {
 }
 
 std::optional<LiveFrame> LiveSession::wait(double seconds) const {
-  return frame_of(impl_->session.wait(seconds));
+  return api::guarded([&] { return frame_of(impl_->session.wait(seconds)); });
+}
+
+bool LiveSession::is_own_thread() const {
+  return impl_->session.is_own_thread();
 }
 
 void LiveSession::write(const std::string& path) {
   api::guarded([&] {
+    impl_->session.check_may_wait();
     std::string text;
     impl_->session.look([&](render::WorkingScene& scene) { text = scene.written(path); }).get();
     image::AtomicFile file(path);

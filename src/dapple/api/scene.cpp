@@ -294,14 +294,14 @@ std::optional<Param> Scene::parameter(const std::string& target, const std::stri
 
 void Scene::check() {
   guarded([&] {
-    impl().check_owned();
+    const Impl::Busy busy(impl());
     impl().working->built();
   });
 }
 
 Picture Scene::render(const RenderOptions& options) {
   return guarded([&] {
-    impl().check_owned();
+    const Impl::Busy busy(impl());
     const render::PictureRequest request = api::request_of(options);
     build::BuiltScene& built = impl().working->built(api::film_of(options));
     const double build_seconds = impl().working->build_seconds();

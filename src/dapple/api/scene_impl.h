@@ -3,6 +3,7 @@
 
 #include <dapple/dapple.h>
 
+#include <atomic>
 #include <new>
 #include <utility>
 
@@ -21,9 +22,22 @@ class Scene::Impl {
   std::unique_ptr<render::WorkingScene> owned;
   render::WorkingScene* working;
 
-  void check_owned() const {
-    if (!owned) throw UsageError("a live session builds and renders its scene itself");
-  }
+  /// Marks a scene as being built or rendered; UsageError if it is, by whatever thread, or if a live session owns it.
+  class Busy {
+   public:
+    explicit Busy(Impl& scene) : scene_(scene) {
+      if (!scene.owned) throw UsageError("a live session builds and renders its scene itself");
+      if (scene.is_busy.exchange(true)) throw UsageError("the scene is being rendered");
+    }
+    ~Busy() { scene_.is_busy = false; }
+    Busy(const Busy&) = delete;
+    Busy& operator=(const Busy&) = delete;
+
+   private:
+    Impl& scene_;
+  };
+
+  std::atomic<bool> is_busy{false};
 };
 
 namespace api {

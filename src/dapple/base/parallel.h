@@ -7,7 +7,9 @@
 namespace dapple {
 inline namespace base {
 
-/// Threads for parallel loops: 0 = all processors. Affects loops started afterwards. Call from the main thread.
+inline constexpr int most_threads = 1024;
+/// Threads for parallel loops, most_threads at most: 0 = all processors. Affects loops started afterwards. Call from
+/// the main thread.
 void set_thread_count(int threads);
 int thread_count();
 

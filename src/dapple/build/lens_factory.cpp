@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "dapple/base/input_file.h"
 #include "dapple/image/image.h"
 
 namespace dapple::build {
@@ -19,8 +20,9 @@ constexpr size_t most_surfaces = 200, most_bytes = 1 << 20;
 constexpr double millimetre = 1e-3;
 
 std::string read_lens_file(const std::string& path, const FileLoc& loc) {
+  if (const std::string why = why_unreadable(path); !why.empty())
+    throw InputError(loc, "cannot open lens file \"" + path + "\": " + why);
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(loc, "cannot open lens file \"" + path + "\"");
   std::string text(most_bytes + 1, '\0');
   in.read(text.data(), std::streamsize(text.size()));
   text.resize(size_t(in.gcount()));

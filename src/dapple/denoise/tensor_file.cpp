@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "dapple/base/error.h"
+#include "dapple/base/input_file.h"
 
 namespace dapple::denoise {
 
@@ -106,8 +107,9 @@ TensorMap parse_tensors(std::span<const std::byte> bytes, const std::string& nam
 }
 
 TensorMap read_tensors(const std::string& path) {
+  if (const std::string why = why_unreadable(path); !why.empty())
+    throw IoError(path + ": cannot read the denoiser's weights: " + why);
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw IoError(path + ": cannot read the denoiser's weights");
   std::vector<std::byte> bytes(max_bytes + 1);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<size_t>(file.gcount()));

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "dapple/base/error.h"
+#include "dapple/base/input_file.h"
 #include "dapple/image/atomic_file.h"
 
 namespace dapple::depthimage {
@@ -216,9 +217,10 @@ void write_images(const std::string& path, const std::vector<ObjectImages>& obje
 }
 
 std::vector<ObjectImages> read_images(const std::string& path) {
+  if (const std::string why = why_unreadable(path); !why.empty()) throw IoError("cannot read \"" + path + "\": " + why);
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   const auto size = in ? std::streamoff(in.tellg()) : -1;
-  if (size < 0) throw IoError("cannot read \"" + path + "\": " + std::strerror(errno));
+  if (size < 0) throw IoError("cannot read \"" + path + "\"");
   if (size_t(size) > largest_file) throw InputError(FileLoc{path, 0, 0}, "no images of trees: larger than 8 GB");
   std::vector<std::byte> bytes(static_cast<size_t>(size));
   in.seekg(0);

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "dapple/base/input_file.h"
+
 namespace dapple::image {
 
 namespace {
@@ -77,15 +79,29 @@ void check_names(const OIIO::ColorConfig& config, const std::string& display, co
     throw UsageError("unknown view \"" + view + "\" of display \"" + display + "\", " + list(views));
 }
 
+std::string config_name(const DisplayView& view) {
+  const char* const from_environment = std::getenv("OCIO");
+  return !view.config.empty() || !from_environment ? view.config : from_environment;
+}
+
+[[noreturn]] void refuse_config(const DisplayView& view, const std::string& why) {
+  throw IoError("cannot use the OpenColorIO configuration \"" + config_name(view) + "\": " + why);
+}
+
+// OpenColorIO would wait for a pipe.
+void check_config_file(const DisplayView& view) {
+  const std::string name = config_name(view);
+  if (name.empty() || name.rfind("ocio://", 0) == 0) return;
+  if (const std::string why = why_unreadable(name); !why.empty()) refuse_config(view, why);
+}
+
 /// The display, after checks that the configuration has it, and the view.
 std::string display_of(OIIO::ColorConfig& config, const DisplayView& view) {
   if (config.error() || !config.supportsOpenColorIO()) {
-    const char* const from_environment = std::getenv("OCIO");
-    if (view.config.empty() && !from_environment)
+    if (config_name(view).empty())
       throw UsageError("the view \"" + view.view +
                        "\" needs an OpenColorIO configuration; expected one given by --ocio or $OCIO");
-    throw IoError("cannot use the OpenColorIO configuration \"" +
-                  (view.config.empty() ? from_environment : view.config) + "\": " + config.geterror());
+    refuse_config(view, config.geterror());
   }
   const std::string display = view.display.empty() ? std::string(config.getDefaultDisplayName()) : view.display;
   check_names(config, display, view.view);
@@ -93,6 +109,7 @@ std::string display_of(OIIO::ColorConfig& config, const DisplayView& view) {
 }
 
 void encode_ocio(Image& image, const DisplayView& view) {
+  check_config_file(view);
   OIIO::ColorConfig config(view.config);
   const std::string display = display_of(config, view);
   image = with_rgb(image);
@@ -110,6 +127,7 @@ void encode_ocio(Image& image, const DisplayView& view) {
 void check_view(const DisplayView& view) {
   if (view.view.empty() && !view.display.empty()) throw UsageError("a display is given without a view");
   if (view.view.empty() || is_filmic(view)) return;
+  check_config_file(view);
   OIIO::ColorConfig config(view.config);
   display_of(config, view);
 }

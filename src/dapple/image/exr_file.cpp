@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "dapple/base/input_file.h"
 #include "dapple/base/parallel.h"
 #include "dapple/image/exr_header.h"
 #include "dapple/image/image_output.h"
@@ -29,13 +30,9 @@ using Imath::half;
 constexpr ImageLimits limits{.max_side = 65536, .max_channels = 1024, .max_bytes = uint64_t{64} << 30};
 
 uint64_t checked_size(const std::string& path) {
-  // Before it is opened: a pipe would wait for a writer.
-  std::error_code error;
-  const std::filesystem::file_type type = std::filesystem::status(path, error).type();
-  if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found)
-    throw IoError("cannot open image \"" + path + "\": " + (error ? error.message() : "not a plain file"));
+  if (const std::string why = why_unreadable(path); !why.empty())
+    throw IoError("cannot open image \"" + path + "\": " + why);
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw IoError("cannot open image \"" + path + "\": " + std::strerror(errno));
   char magic[4] = {};
   if (!in.read(magic, 4) || std::memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
     throw InputError(FileLoc{path}, "not an OpenEXR file");

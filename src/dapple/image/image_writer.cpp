@@ -173,6 +173,7 @@ void write_png(const std::string& path, const OutputImage& image, const PngOptio
 
 void write_jpeg(const std::string& path, const OutputImage& image, const DisplayView& view) {
   check_picture(image);
+  check_size(path, image.width, image.height);
   Image encoded = apply_view(image, view);
   if (encoded.channels() == 4) encoded = encoded.select(std::array{0, 1, 2});
   if (encoded.channels() == 2) encoded = encoded.select(std::array{0});
@@ -197,6 +198,14 @@ void write_linear(const std::string& path, const OutputImage& image, const char*
   write_atomically(path, format, [&](OIIO::ImageOutput& out, const std::string& part) {
     return out.open(part, spec) && out.write_image(OIIO::TypeDesc::FLOAT, plain.pixels().data());
   });
+}
+
+// libjpeg ends the program for what is larger.
+void check_size(const std::string& path, int width, int height) {
+  constexpr int most_jpeg = 65500;
+  if (is_jpeg(extension_of(path)) && std::max(width, height) > most_jpeg)
+    throw UsageError("cannot write \"" + path + "\": JPEG images have at most " + std::to_string(most_jpeg) +
+                     " pixels a side; the image has " + std::to_string(width) + " x " + std::to_string(height));
 }
 
 bool is_for_display(const std::string& extension) {

@@ -93,5 +93,7 @@ std::string extension_of(const std::string& path);
 /// Throws what write_image(path) would for this name and folder, before any work is done: unknown extension, missing or
 /// unwritable folder, name of a folder.
 void check_writable(const std::string& path);
+/// The same for an image of so many pixels: UsageError if its format holds fewer.
+void check_size(const std::string& path, int width, int height);
 
 }  // namespace dapple::image

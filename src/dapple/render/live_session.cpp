@@ -114,7 +114,12 @@ std::shared_ptr<const LiveFrame> LiveSession::frame() const {
   return frame_;
 }
 
+void LiveSession::check_may_wait() const {
+  if (is_own_thread()) throw UsageError("an edit cannot wait for the session that calls it");
+}
+
 std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
+  check_may_wait();
   std::unique_lock lock(mutex_);
   const auto ready = [&] {
     return (failure_ && queue_.empty()) || (frame_ && frame_->settled && frame_->edits == edits_ && queue_.empty());
@@ -139,6 +144,7 @@ std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
 }
 
 void LiveSession::run() {
+  own_thread_ = std::this_thread::get_id();
   bool is_first = true;
   for (;;) {
     std::deque<Transaction> transactions = take_transactions();

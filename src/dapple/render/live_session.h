@@ -63,8 +63,13 @@ class LiveSession {
   /// The latest; null before the first.
   std::shared_ptr<const LiveFrame> frame() const;
   /// Waits until a frame shows all edits so far and is settled, or until the session cannot render the scene, whose
-  /// error it throws. Null after `seconds`.
+  /// error it throws. Null after `seconds`. UsageError on the session's own thread.
   std::shared_ptr<const LiveFrame> wait(double seconds = infinity) const;
+
+  /// Where transactions are called, which nothing there may wait for.
+  bool is_own_thread() const { return own_thread_ == std::this_thread::get_id(); }
+  /// UsageError if is_own_thread().
+  void check_may_wait() const;
 
  private:
   struct Transaction {
@@ -125,6 +130,7 @@ class LiveSession {
   std::atomic<bool> cancel_{false}, abandon_{false};  ///< abandon_: what is shaded is of no use after the edit
   std::atomic<bool> has_news_{false};                 ///< gains too
   std::atomic<bool> has_looks_{false};
+  std::atomic<std::thread::id> own_thread_;
   std::thread thread_;  ///< last: it uses all of the above
 };
 

@@ -2,6 +2,7 @@
 #include "dapple/scenefile/scene_writing.h"
 
 #include <charconv>
+#include <cmath>
 
 #include "dapple/scenefile/far_points.h"
 
@@ -39,8 +40,11 @@ std::string quote(std::string_view text) {
   return out + '"';
 }
 
+// The shortest text of a large whole number has an exponent, which no integer may have.
 std::string text_of(double number) {
-  return shortest(number);
+  constexpr double most_exact = double(int64_t(1) << 53);
+  const bool is_whole = number == std::trunc(number) && std::abs(number) <= most_exact && number != 0;
+  return is_whole ? shortest(int64_t(number)) : shortest(number);
 }
 
 std::string text_of(const Param& p) {

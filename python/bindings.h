@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <dapple/dapple.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <string>
+
+/// What the parts of dapple._core share.
+namespace dapple::python {
+
+/// `value` as a T; TypeError that says what was expected, of what, where it is none.
+template <class T>
+T cast(const pybind11::handle& value, const std::string& of_what, const char* expected) {
+  try {
+    return pybind11::cast<T>(value);
+  } catch (const pybind11::cast_error&) {
+  } catch (pybind11::error_already_set& error) {
+    if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
+  }
+  std::string shown = pybind11::repr(value);
+  constexpr size_t longest = 80;
+  if (shown.size() > longest) shown = shown.substr(0, longest) + "...";
+  throw pybind11::type_error(of_what + ": expected " + expected + "; got " + shown);
+}
+
+/// TypeError, or SceneError for values out of range.
+RenderOptions options_of(const pybind11::dict& options);
+
+/// The layers of a picture that others look at as well, by name: read-only.
+pybind11::dict layers_of(const std::shared_ptr<const Picture>& picture);
+pybind11::dict dict_of(const Statistics& statistics);
+
+void add_live_session(pybind11::module_& m);
+
+}  // namespace dapple::python
