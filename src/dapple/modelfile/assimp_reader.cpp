@@ -56,6 +56,11 @@ class RegularFiles final : public Assimp::DefaultIOSystem {
     for (const auto& [file, repair] : repaired_) sum += repair.lost_faces;
     return sum;
   }
+  std::string damage() const {
+    for (const auto& [file, repair] : repaired_)
+      if (!repair.damage.empty()) return repair.damage;
+    return {};
+  }
 
  private:
   static std::string text_of(Assimp::IOStream* stream) {
@@ -83,10 +88,11 @@ class RegularFiles final : public Assimp::DefaultIOSystem {
       return other ? text_of(other.get()) : "";
     };
     if (is_new) repaired->second = repair_gltf(text_of(stream), read);
+    const GltfRepair& repair = repaired->second;
     stream->Seek(0, aiOrigin_SET);
-    if (repaired->second.file.empty()) return stream;
+    if (repair.file.empty() && repair.damage.empty()) return stream;
     delete stream;
-    return stream_of(repaired->second.file);
+    return repair.damage.empty() ? stream_of(repair.file) : nullptr;
   }
   static bool is_regular(const char* file) {
     struct stat s {};
@@ -426,6 +432,7 @@ Model read_by_assimp(const std::string& path, const ModelTime& time) {
                        [](const aiMesh* m) { return m->HasBones(); });
   };
   if (scene && !has_bones()) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
+  if (const std::string damage = files->damage(); !damage.empty()) throw std::runtime_error(damage);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
   return Converter(*scene, path, time, files->lost_faces()).convert();
 }

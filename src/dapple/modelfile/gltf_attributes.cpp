@@ -8,9 +8,12 @@
 #include <map>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <vector>
+
+#include "dapple/modelfile/gltf_check.h"
 
 namespace dapple::modelfile {
 
@@ -356,6 +359,7 @@ GltfRepair repair_gltf(const std::string& file, const std::function<std::string(
   try {
     const Container container(file);
     json content = json::parse(container.text);
+    repair.damage = gltf_damage(content, container.is_binary ? std::optional(container.binary.size()) : std::nullopt);
     Attributes attributes(&content, container.binary, read);
     repair.lost_faces = attributes.lost_faces();
     if (attributes.convert()) repair.file = container.with(content.dump());

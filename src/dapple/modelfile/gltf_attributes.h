@@ -13,10 +13,11 @@ struct GltfRepair {
   /// but colours and joints to be. Empty: there is nothing to do.
   std::string file;
   size_t lost_faces = 0;  ///< triangles with indices of vertices that are not there, which it leaves out
+  std::string damage;     ///< gltf_damage(): if any, the file is not for Assimp
 };
 
 /// Of a .gltf or .glb file. `read` gives the bytes of a file that a buffer names, "" where there is none. What is
-/// damaged stays: Assimp says how. Allocates as the file asks for: for run_in_child() only.
+/// damaged stays as it is. Allocates as the file asks for: for run_in_child() only.
 GltfRepair repair_gltf(const std::string& file, const std::function<std::string(const std::string& uri)>& read);
 
 }  // namespace dapple::modelfile
