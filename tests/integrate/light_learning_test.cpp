@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
+#include "dapple/build/integrator_factory.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/render_text.h"
 
@@ -192,6 +193,29 @@ TEST(LightLearning, ServesDistributionRayTracing) {
     EXPECT_GT(test::z_test(on.mean, off.mean), test::sidak(0.01, 2)) << on.mean.mean() << " and " << off.mean.mean();
     EXPECT_LT(on.noise, off.noise);
   }
+}
+
+// Where nothing told points of grids to look for the sky, each that found it all the same was a fleck.
+TEST(LightLearning, LeavesNoFlecksOnGrids) {
+  const build::BuiltScene built =
+      test::build_text(camera + std::string("LightSource \"infinite\" \"rgb L\" [ 2 2 2 ]\n") + room(true));
+  build::IntegratorRequest request;
+  request.type = "distribution";
+  request.visible_points = distribution::VisiblePoints::grids;
+  constexpr int seeds = 9;
+  std::vector<test::RenderedText> made;
+  for (int seed = 0; seed < seeds; ++seed)
+    made.push_back(test::render_built(built, 16, *build::make_integrator(*built.scene, request, 16, uint64_t(seed))));
+  const scene::Film& first = made[0].film;
+  int flecks = 0;
+  for (int y = 0; y < first.height(); ++y)
+    for (int x = 0; x < first.width(); ++x) {
+      float Y[seeds];
+      for (int i = 0; i < seeds; ++i) Y[i] = std::min(made[size_t(i)].film.pixel(x, y).luminance(), 1.0f);
+      std::sort(Y, Y + seeds);
+      flecks += Y[seeds - 1] > 3 * Y[seeds / 2];
+    }
+  EXPECT_LE(flecks, first.width() * first.height() / 12);  // 3 of 10 before
 }
 
 }  // namespace

@@ -184,6 +184,19 @@ TEST(VisiblePoints, EndInTheCacheWhereManyRaysReadIt) {
   EXPECT_TRUE(has_caches(*made(build_text(furnished_room(varnished)), "distribution", {})));
 }
 
+TEST(VisiblePoints, InHazeAreTracedAsPaths) {
+  std::string text = furnished_room(varnished);
+  text.insert(
+      text.find("Camera"),
+      "MakeNamedMedium \"haze\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [ .04 .04 .04 ] \"rgb sigma_a\" [ "
+      "0 0 0 ]\nMediumInterface \"\" \"haze\"\n");
+  const auto room = build_text(text);
+  ASSERT_NE(room.scene->camera_medium, scene::vacuum);
+  const auto chosen = made(room, "distribution", {});
+  EXPECT_NE(dynamic_cast<const path::PathIntegrator*>(chosen.get()), nullptr);
+  expect_near(render_built(room, 64, *chosen).mean(), render_built(room, 512, test::bounces(2)).mean(), 0.02f, "path");
+}
+
 // Paths would follow what metal mirrors, which is not asked for.
 TEST(VisiblePoints, EndInTheCacheWhereMetalCountsAsDiffuse) {
   std::string text = leaves();

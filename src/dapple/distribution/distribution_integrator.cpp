@@ -96,7 +96,6 @@ bool DistributionIntegrator::samples_may_be_paths() const {
     return stages.has(Stage::diffuselighting) || stages.has(Stage::specularlighting) || stages.has(Stage::postlighting);
   };
   return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
-         scene_.camera_medium == scene::vacuum &&
          // Paths follow metal and coats; these count as diffuse here.
          (settings_.shading.caustics || !readers_->view_dependent) &&
          std::none_of(scene_.materials.begin(), scene_.materials.end(), sees_light);

@@ -10,7 +10,7 @@ using integrate::RaySet;
 using integrate::RayTracer;
 using trace::no_id;
 
-void HitGatherer::gather(const Place& place, int sets, ShadingWorkspace& w) const {
+void HitGatherer::find_lights(const Place& place, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) {
     RaySet& r = b.ray_set(set);
@@ -18,7 +18,18 @@ void HitGatherer::gather(const Place& place, int sets, ShadingWorkspace& w) cons
     shading_.trace(r, w);
     shading_.direct.add_lights_hit(b, r, place.list_depth());
   }
+}
+
+void HitGatherer::gather(const Place& place, int sets, ShadingWorkspace& w) const {
+  find_lights(place, sets, w);
   answer(place, place.behind_diffuse(), cached_.growth(place), any_ray, sets, w);
+  PointBatch& b = w.level(place.level);
+  for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
+}
+
+void HitGatherer::look(const Place& place, int sets, ShadingWorkspace& w) const {
+  find_lights(place, sets, w);
+  PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }
 

@@ -18,6 +18,8 @@ class HitGatherer {
   /// Traces the first so many sets of diffuse rays of the batch: their hits, distances, and L, weighted, of what they
   /// meet. The more at a time, the fuller are the batches in which shaders run for what the cache lacks.
   void gather(const Place& place, int sets, ShadingWorkspace& w) const;
+  /// The same of lights that they meet alone.
+  void look(const Place& place, int sets, ShadingWorkspace& w) const;
 
   /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the nearest point in the
   /// cache of below.arrival where there is one that serves them (`growth`: CachedRadiosity::locate), else by shading
@@ -26,6 +28,7 @@ class HitGatherer {
               ShadingWorkspace& w) const;
 
  private:
+  void find_lights(const Place& place, int sets, ShadingWorkspace& w) const;
   /// Of a ray that goes on as one, and fills no cell: its hit keeps its coat.
   bool keeps_layers(const Place& below, const integrate::RaySet& r, int ray) const;
   template <class Weight>

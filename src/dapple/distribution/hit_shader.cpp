@@ -103,9 +103,11 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     for (LightSums* sums : {&b.irradiance, &b.irradiance_behind, &b.diffuse}) sums->clear(k);
     scattering[k] = b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]);
-    const bool sends = scattering[k] && place.depth.diffuse < shading_.settings.bounces &&
-                       !(b.some_indirect_known && b.indirect_known[k]);
-    b.seekers[k] = sends ? shading_.settings.diffuse_ray_count(place, b, k) : 0;
+    const bool sends = scattering[k] && place.depth.diffuse < shading_.settings.bounces;
+    b.seekers[k] = !sends ? 0
+                   : b.some_indirect_known && b.indirect_known[k]
+                       ? shading_.direct.looking_rays(b, k, place.list_depth())
+                       : shading_.settings.diffuse_ray_count(place, b, k);
   }
   shading_.direct.light(b, place.list_depth(), scattering, w);
   if (place.depth.diffuse < shading_.settings.bounces) send_diffuse_rays(place, scattering, w);
@@ -124,27 +126,29 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::send_diffuse_rays(const Place& place, const bool* scattering, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
+  const auto is_known = [&b](int k) { return b.some_indirect_known && b.indirect_known[k]; };
   int sets = 0;
-  const auto send = [&](bool last) {
-    if (w.job_count > 0) diffuse_rays_.draw(place, b.ray_set(sets++), w);
-    if (sets == PointBatch::most_ray_sets || (last && sets > 0)) light_indirectly(place, std::exchange(sets, 0), w);
-  };
-  w.job_count = 0;
-  for (int k = 0; k < b.count; ++k) {
-    if (!scattering[k]) continue;
-    if (b.some_indirect_known && b.indirect_known[k]) {
-      b.irradiance.add(k, b.indirect.at(k));
-      continue;
+  // Those that bring all light, then those that only look for lights.
+  for (const bool known : {false, true}) {
+    const auto send = [&](bool last) {
+      if (w.job_count > 0) diffuse_rays_.draw(place, b.ray_set(sets++), w);
+      if (sets < PointBatch::most_ray_sets && !(last && sets > 0)) return;
+      const int full = std::exchange(sets, 0);
+      known ? gatherer_.look(place, full, w) : gatherer_.gather(place, full, w);
+      add_light(b, full);
+    };
+    w.job_count = 0;
+    for (int k = 0; k < b.count; ++k) {
+      if (!scattering[k] || is_known(k) != known) continue;
+      if (known) b.irradiance.add(k, b.indirect.at(k));
+      const int rays = known ? b.seekers[k] : shading_.settings.diffuse_ray_count(place, b, k);
+      DiffuseRays::add_jobs(place, b, k, rays, rays, w, [&] { send(false); });
     }
-    const int rays = shading_.settings.diffuse_ray_count(place, b, k);
-    DiffuseRays::add_jobs(place, b, k, rays, rays, w, [&] { send(false); });
+    send(true);
   }
-  send(true);
 }
 
-void HitShader::light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const {
-  PointBatch& b = w.level(place.level);
-  gatherer_.gather(place, sets, w);
+void HitShader::add_light(PointBatch& b, int sets) {
   // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
   for (int set = 0; set < sets; ++set) {
     const RaySet& r = b.ray_set(set);

@@ -43,7 +43,7 @@ class HitShader final : public PointShader {
 
  private:
   void send_diffuse_rays(const Place& place, const bool* scattering, ShadingWorkspace& w) const;
-  void light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const;
+  static void add_light(integrate::PointBatch& b, int sets);
   void send_specular_rays(const Place& place, ShadingWorkspace& w) const;
 
   const ShadingScene& shading_;

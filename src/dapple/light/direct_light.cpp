@@ -56,6 +56,7 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
   for (const auto& light : scene.lights) {
     throws_edges_ |= light->is_delta() || light->is_infinite();
     glints_ |= light->is_delta();
+    has_sky_ |= light->is_infinite() && !light->is_delta();
   }
   group_ = scene.light_groups.of_light;
   group_.resize(scene.lights.size());

@@ -31,6 +31,12 @@ class DirectLight {
   /// Some light has no size: what metal and coats mirror of it is narrow.
   bool glints() const { return glints_; }
 
+  /// Diffuse rays that are to look for lights at a point that needs none for indirect light: where a sky is seen
+  /// through a window, shadow rays alone seldom find it where nothing told them to look. As many as shadow rays; 0
+  /// without a sky.
+  int looking_rays(const integrate::PointBatch& b, int k, int diffuse_depth) const {
+    return has_sky_ ? share_of(b, k, diffuse_depth).rays : 0;
+  }
   /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind,
   /// where the Bsdf is purely diffuse, and what is scattered to the viewer, b.specular, where it is not. Of these,
   /// b.seekers[k] diffuse rays, and w.counts[k] rays by the Bsdf, look for lights besides.
@@ -74,7 +80,7 @@ class DirectLight {
   const integrate::RayTracer& tracer_;
   const integrate::RayList shadow_rays_;
   const std::shared_ptr<const emitters::LearnedLights> learned_;
-  bool throws_edges_ = false, glints_ = false;
+  bool throws_edges_ = false, glints_ = false, has_sky_ = false;
   std::vector<uint8_t> one_ray_serves_, group_;  // by light
 };
 
