@@ -11,6 +11,7 @@
 #include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/cache_survey.h"
 #include "dapple/distribution/distribution_workspace.h"
+#include "dapple/distribution/small_bodies.h"
 #include "dapple/vegetation/mask_scene.h"
 
 namespace dapple::distribution {
@@ -73,7 +74,9 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (settings.visible_points == VisiblePoints::samples && radiosity_) survey_readers();
   if (radiosity_) answers_.emplace(shading_, shader_, *radiosity_, groups_);
-  for (uint32_t g = 0; g < scene.bindings.size(); ++g) not_for_paths_.push_back(hider_.is_left_by_paths(g));
+  not_for_paths_ = find_small_bodies(scene);
+  for (uint32_t g = 0; g < scene.bindings.size(); ++g)
+    not_for_paths_[g] = !not_for_paths_[g] && hider_.is_left_by_paths(g);
 }
 
 void DistributionIntegrator::survey_readers() {
