@@ -46,6 +46,11 @@ TEST(SceneOrigin, IsZeroNearAndOnAGridFar) {
   EXPECT_EQ(origin_of(Box3d(V3d(-5), V3d(100))), V3d(0));
   EXPECT_EQ(origin_of(Box3d(V3d(100), V3d(110))), V3d(0));    // 100 is not far
   EXPECT_EQ(origin_of(Box3d(V3d(1000), V3d(1100))), V3d(0));  // 10 extents
+  EXPECT_EQ(origin_of(Box3d(V3d(10), V3d(10.01))), V3d(0));   // 1000 extents
+  EXPECT_EQ(origin_of(Box3d(V3d(0), V3d(0))), V3d(0));
+  EXPECT_EQ(origin_of(Box3d(V3d(1, 2, 3), V3d(1, 2, 3))), V3d(1, 2, 3));
+  const V3d room(50.0022, 20.0011, 1.0015), its = origin_of(Box3d(room, room + V3d(.0044)));
+  EXPECT_LT((its - room).length(), 8 * .0044 * std::sqrt(3.0));
   const V3d far = origin_of(Box3d(V3d(5e5, 5.4e6, 300), V3d(5e5 + 10, 5.4e6 + 10, 302)));
   EXPECT_LT((far - V3d(5e5, 5.4e6, 300)).length(), 8 * 10.0 * std::sqrt(3.0));
   for (int k = 0; k < 3; ++k) EXPECT_EQ(std::fmod(far[k], 64), 0);  // the power of two from 4 extents on

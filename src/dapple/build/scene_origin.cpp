@@ -19,7 +19,8 @@ using scenefile::TransformPair;
 
 namespace {
 
-constexpr double extents_off = 16, nearest_origin = 256;
+// Nearer than one of these an origin of 0 will do: floats are exact to 1e-6 of the extent, to 3e-5 m, to 5e-4 of it.
+constexpr double extents_off = 16, nearest_origin = 256, most_extents = 4096;
 /// A float's last bit is 6e-8 of it; at this ratio steps are 1/160 of a shape's size.
 constexpr double least_ratio = 1e-5;
 
@@ -139,8 +140,11 @@ V3d origin_of(const Box3d& bounds) {
   if (bounds.isEmpty()) return V3d(0, 0, 0);
   const V3d middle = bounds.center();
   const double extent = largest(bounds.max - bounds.min);
-  if (!(largest(middle) >= std::max(extents_off * extent, nearest_origin))) return V3d(0, 0, 0);
-  const double grid = std::exp2(std::ceil(std::log2(std::max(4 * extent, 1.0))));
+  const double distance = largest(middle);
+  if (!(distance >= std::max(extents_off * extent, std::min(nearest_origin, most_extents * extent))) || distance == 0)
+    return V3d(0, 0, 0);
+  constexpr double finest = 0x1p-40;  // of the distance, of what has no extent
+  const double grid = std::exp2(std::ceil(std::log2(std::max(4 * extent, finest * distance))));
   V3d origin;
   for (int k = 0; k < 3; ++k) origin[k] = std::round(middle[k] / grid) * grid;
   return origin;

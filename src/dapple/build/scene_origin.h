@@ -28,9 +28,9 @@ struct Origins {
 Transform with_base(const Transform& m, const V3d& base);
 
 /// Option "point3 origin", or the middle of the bounds of all shapes, rounded to a grid of a power of two of 4 to 8
-/// times their extent; 0 where it is nearer than 16 extents or 256. Mesh files are judged by their first 64 KiB. The
-/// origin of an object definition is found alike, and 0 where an instance of it turns while the shutter is open. Warns
-/// once where floats are too coarse for what is left.
+/// times their extent; 0 where it is nearer than 16 extents, or nearer than both 256 and 4096 extents. Mesh files are
+/// judged by their first 64 KiB. The origin of an object definition is found alike, and 0 where an instance of it turns
+/// while the shutter is open. Warns once where floats are too coarse for what is left.
 Origins find_origins(const scenefile::SceneDescription& description, Diagnostics& diagnostics);
 
 /// The rule of it, of a box: least corner, greatest corner.
