@@ -10,8 +10,8 @@ namespace dapple::distribution {
 /// to the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased
 /// estimates, but for what Arrival says.
 ///
-/// Purely diffuse points take light sources by shadow rays only (DirectLight); other points combine them with specular
-/// rays that meet the source.
+/// Diffuse points take lights by shadow rays and by diffuse rays that meet them (DirectLight, PointBatch::seekers), other
+/// points by shadow and specular rays.
 class HitShader final : public PointShader {
  public:
   /// The caches: as CachedRadiosity has them. All must outlive this object.
@@ -33,7 +33,7 @@ class HitShader final : public PointShader {
   // shade() in steps, for callers that keep what a step gives.
   void prelight(const Place& place, ShadingWorkspace& w) const;
   /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely
-  /// diffuse. Sends no diffuse rays from points of b.indirect_known.
+  /// diffuse. From points of b.indirect_known diffuse rays look for skies alone.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
   static RGB disperse(integrate::PointBatch& b, int k);

@@ -112,7 +112,7 @@ struct PointBatch {
 
   scattering::Bsdf bsdf[capacity];
   LightSums irradiance, irradiance_behind;
-  /// Indirect irradiance that need not be found by rays.
+  /// Indirect irradiance, without lights, that need not be found by rays.
   bool some_indirect_known = false, indirect_known[capacity];
   LightSums indirect;
   LightSums diffuse, specular;
