@@ -10,8 +10,8 @@ namespace dapple::distribution {
 /// to the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased
 /// estimates, but for what Arrival says.
 ///
-/// Diffuse points take lights by shadow rays and by diffuse rays that meet them (DirectLight, PointBatch::seekers), other
-/// points by shadow and specular rays.
+/// Diffuse points take lights by shadow rays and by diffuse rays that meet them (DirectLight, PointBatch::seekers),
+/// other points by shadow and specular rays.
 class HitShader final : public PointShader {
  public:
   /// The caches: as CachedRadiosity has them. All must outlive this object.
