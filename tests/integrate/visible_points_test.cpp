@@ -184,17 +184,23 @@ TEST(VisiblePoints, EndInTheCacheWhereManyRaysReadIt) {
   EXPECT_TRUE(has_caches(*made(build_text(furnished_room(varnished)), "distribution", {})));
 }
 
-TEST(VisiblePoints, InHazeAreTracedAsPaths) {
-  std::string text = furnished_room(varnished);
-  text.insert(
-      text.find("Camera"),
-      "MakeNamedMedium \"haze\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [ .04 .04 .04 ] \"rgb sigma_a\" [ "
-      "0 0 0 ]\nMediumInterface \"\" \"haze\"\n");
-  const auto room = build_text(text);
-  ASSERT_NE(room.scene->camera_medium, scene::vacuum);
-  const auto chosen = made(room, "distribution", {});
-  EXPECT_NE(dynamic_cast<const path::PathIntegrator*>(chosen.get()), nullptr);
-  expect_near(render_built(room, 64, *chosen).mean(), render_built(room, 512, test::bounces(2)).mean(), 0.02f, "path");
+// The haze weakens the light of what is shaded on grids, too.
+TEST(VisiblePoints, InHazeAreTracedAsPathsWhereAllAre) {
+  const std::string wax = "Material \"subsurface\" \"rgb reflectance\" [ .7 .5 .4 ] \"rgb mfp\" [ .002 .002 .002 ]\n";
+  for (const std::string& material : {std::string(varnished), test::dear_material(), wax}) {
+    const bool all = material == varnished;
+    std::string text = furnished_room(material);
+    text.insert(
+        text.find("Camera"),
+        "MakeNamedMedium \"haze\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [ .08 .08 .08 ] \"rgb sigma_a\" [ "
+        ".1 .1 .1 ]\nMediumInterface \"\" \"haze\"\n");
+    const auto room = build_text(text);
+    ASSERT_NE(room.scene->camera_medium, scene::vacuum);
+    const auto chosen = made(room, "distribution", {});
+    EXPECT_EQ(dynamic_cast<const path::PathIntegrator*>(chosen.get()) != nullptr, all);
+    expect_near(render_built(room, 64, *chosen).mean(), render_built(room, 256, test::bounces(2)).mean(), 0.03f,
+                material);
+  }
 }
 
 // Paths would follow what metal mirrors, which is not asked for.

@@ -98,7 +98,11 @@ bool DistributionIntegrator::samples_may_be_paths() const {
     const shading::StageSet stages = material->stages();
     return stages.has(Stage::diffuselighting) || stages.has(Stage::specularlighting) || stages.has(Stage::postlighting);
   };
+  const auto is_left = [](uint8_t left) { return left != 0; };
   return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
+         // Between the camera and what paths leave nothing scatters.
+         (scene_.camera_medium == scene::vacuum ||
+          std::none_of(not_for_paths_.begin(), not_for_paths_.end(), is_left)) &&
          // Paths follow metal and coats; these count as diffuse here.
          (settings_.shading.caustics || !readers_->view_dependent) &&
          std::none_of(scene_.materials.begin(), scene_.materials.end(), sees_light);
