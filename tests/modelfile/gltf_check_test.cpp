@@ -171,6 +171,20 @@ TEST(GltfCheck, WholeFilesAreRead) {
   EXPECT_EQ(test::read(folder.write("m.gltf", whole_file().dump())).shapes.size(), 2u) << "with the ground";
 }
 
+TEST(GltfCheck, SkinsWithoutMatricesHaveIdentities) {
+  const TempFolder folder;
+  const auto with = test::read(folder.write("with.gltf", whole_file().dump()));
+  const auto without = test::read(folder.write("without.gltf", changed("/skins/0/inverseBindMatrices", "").dump()));
+  ASSERT_EQ(without.shapes.size(), with.shapes.size());
+  size_t compared = 0;
+  for (size_t i = 0; i < with.shapes.size(); ++i)
+    if (const scenefile::Param* moved = with.shapes[i].params.find("P")) {
+      EXPECT_EQ(without.shapes[i].params.find("P")->numbers, moved->numbers);
+      ++compared;
+    }
+  EXPECT_GT(compared, 0u);
+}
+
 TEST(GltfCheck, WhatIsNotReadIsNotJudged) {
   EXPECT_EQ(damage(changed("/accessors/9", R"({"type":"fifo"})")), "");
   EXPECT_EQ(damage(changed("/bufferViews/9", R"({"buffer":0,"byteLength":99999})")), "");

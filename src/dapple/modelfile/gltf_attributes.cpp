@@ -111,14 +111,15 @@ class Attributes {
   Attributes(json* file, const std::string& binary, const std::function<std::string(const std::string&)>& read)
       : file_(*file), binary_(binary), read_(read) {}
 
-  /// False where all are floats, or damaged.
+  /// False where nothing was to be done, or is damaged.
   bool convert() {
     std::set<size_t> found;
     find_in_meshes(&found);
     find_in_animations(&found);
     std::erase_if(found,
                   [&](size_t i) { return is_float(i) || !is_whole([&] { convert(&file_.at("accessors").at(i)); }); });
-    if (found.empty()) return false;
+    add_bind_matrices();
+    if (floats_.empty()) return false;
     file_["buffers"].push_back(
         {{"byteLength", floats_.size()}, {"uri", "data:application/octet-stream;base64," + to_base64(floats_)}});
     return true;
@@ -327,8 +328,33 @@ class Attributes {
     for (const char* name : {"sparse", "normalized", "byteOffset", "min", "max"}) accessor->erase(name);
     (*accessor)["componentType"] = float_type;
     (*accessor)["bufferView"] = file_.at("bufferViews").size();
+    add_view(begin);
+  }
+
+  // Of the floats from there on.
+  void add_view(size_t begin) {
     file_["bufferViews"].push_back(
         {{"buffer", file_.at("buffers").size()}, {"byteOffset", begin}, {"byteLength", floats_.size() - begin}});
+  }
+
+  // Those of identity, which a skin need not have, and Assimp reads all the same.
+  void add_bind_matrices() {
+    if (!file_.contains("skins")) return;
+    for (json& skin : file_.at("skins"))
+      is_whole([&] {
+        if (skin.contains("inverseBindMatrices")) return;
+        const size_t joints = skin.at("joints").size(), begin = floats_.size();
+        for (size_t i = 0; i < joints * 16; ++i) {
+          const float f = i % 16 % 5 == 0 ? 1 : 0;
+          floats_.append(reinterpret_cast<const char*>(&f), sizeof f);
+        }
+        skin["inverseBindMatrices"] = file_.at("accessors").size();
+        file_["accessors"].push_back({{"bufferView", file_.at("bufferViews").size()},
+                                      {"componentType", float_type},
+                                      {"type", "MAT4"},
+                                      {"count", joints}});
+        add_view(begin);
+      });
   }
 
   void replace(const json& sparse, int type, size_t width, std::vector<double>* values) {

@@ -10,7 +10,8 @@ namespace dapple::modelfile {
 struct GltfRepair {
   /// The bytes of the file with integer vertex attributes and animation values (normalized texture coordinates and
   /// weights of glTF 2.0, section 3.6.2.2; KHR_mesh_quantization) as floats in a further buffer, as Assimp takes all
-  /// but colours and joints to be. Empty: there is nothing to do.
+  /// but colours and joints to be; and with the identities that skins without inverseBindMatrices have. Empty: there is
+  /// nothing to do.
   std::string file;
   size_t lost_faces = 0;  ///< triangles with indices of vertices that are not there, which it leaves out
   std::string damage;     ///< gltf_damage(): if any, the file is not for Assimp
