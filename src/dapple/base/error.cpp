@@ -67,6 +67,7 @@ std::vector<std::string> Diagnostics::unsupported_features() const {
 }
 
 std::string one_of(const std::vector<std::string_view>& names) {
+  if (names.empty()) return "there is none";
   std::string s = "expected one of: ";
   for (size_t i = 0; i < names.size(); ++i) s.append(i ? ", " : "").append(names[i]);
   return s;

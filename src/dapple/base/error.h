@@ -87,7 +87,7 @@ class Diagnostics {
   std::vector<std::string> unsupported_;
 };
 
-/// "expected one of: a, b, c" for messages about unknown names; `names` in the order given.
+/// "expected one of: a, b, c" for messages about unknown names, in this order; "there is none" where there are none.
 std::string one_of(const std::vector<std::string_view>& names);
 
 }  // namespace base

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dapple/base/number_text.h"
 #include "dapple/build/spectrum_params.h"
 #include "dapple/media/cloud_density.h"
 #include "dapple/media/exponential_medium.h"
@@ -157,7 +158,7 @@ struct Lattice : Place {
     if (nx < 1 || ny < 1 || nz < 1) throw InputError(e.loc, "\"nx\", \"ny\" and \"nz\" of a grid must be at least 1");
   }
   bool holds(size_t count) const { return static_cast<double>(nx) * ny * nz == static_cast<double>(count); }
-  std::string count() const { return "nx * ny * nz = " + std::to_string(static_cast<long long>(double(nx) * ny * nz)); }
+  std::string count() const { return "nx * ny * nz = " + shown(double(nx) * ny * nz); }
 };
 
 VoxelGrid<float> float_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice, float least = 0) {
