@@ -20,10 +20,11 @@ T cast(const pybind11::handle& value, const std::string& of_what, const char* ex
   } catch (pybind11::error_already_set& error) {
     if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
   }
-  std::string shown = pybind11::repr(value);
-  constexpr size_t longest = 80;
-  if (shown.size() > longest) shown = shown.substr(0, longest) + "...";
-  throw pybind11::type_error(of_what + ": expected " + expected + "; got " + shown);
+  constexpr pybind11::ssize_t longest = 80;  // characters
+  const pybind11::str shown = pybind11::repr(value);
+  const std::string text = pybind11::str(shown[pybind11::slice(0, longest, 1)]);
+  throw pybind11::type_error(of_what + ": expected " + expected + "; got " + text +
+                             (pybind11::ssize_t(pybind11::len(shown)) > longest ? "..." : ""));
 }
 
 /// TypeError, or SceneError for values out of range.

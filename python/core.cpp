@@ -141,9 +141,13 @@ class Renderings {
   bool has_ended_ = false;
 };
 
-Renderings& renderings() {
-  static auto& all = *new Renderings;
+Renderings*& all_renderings() {
+  static auto* all = new Renderings;
   return all;
+}
+
+Renderings& renderings() {
+  return *all_renderings();
 }
 
 /// Runs work on a thread of its own while this one sees to Ctrl-C and the progress callback.
@@ -409,6 +413,7 @@ PYBIND11_MODULE(_core, m) {
     return array_of(std::move(clean));
   });
   m.def("set_threads", &set_threads, "count"_a);
+  m.def("forget_renderings", [] { all_renderings() = new Renderings; });  // in a forked process: of other threads
   m.def(
       "end_renderings", [] { renderings().end(); }, py::call_guard<py::gil_scoped_release>());
   m.def("version", &version);

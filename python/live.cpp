@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dapple._core.LiveSession, whose calls give up the GIL, which edits want on the session's thread.
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -22,7 +23,7 @@ constexpr Seconds attention(.1);  // between looks at signals
   throw SceneError(SceneError::Kind::usage, why);
 }
 
-/// A session that a thread may close while others use it. To be called without the GIL.
+/// A session that a thread may close while others use it. Waits, so not to be called with the GIL.
 class OpenSession {
  public:
   OpenSession(Scene& scene, const RenderOptions& options) : session_(std::in_place, std::move(scene), options) {}
@@ -33,19 +34,25 @@ class OpenSession {
     const Use use(*this);
     return work(*session_);
   }
-  /// Waits for those who use it, and for what is under way.
+  /// Waits for those who use it, for what is under way, and for others who close it.
   void close() {
     std::unique_lock lock(mutex_);
-    if (std::exchange(is_closed_, true)) return;
-    left_.wait(lock, [&] { return users_ == 0; });
+    const bool is_first = !std::exchange(is_closed_, true);
+    changed_.wait(lock, [&] { return is_first ? users_ == 0 : is_gone_; });
+    if (!is_first) return;
     lock.unlock();
     session_.reset();
+    own_thread_ = std::thread::id();
+    lock.lock();
+    is_gone_ = true;
+    changed_.notify_all();
   }
-  /// In an edit that the session calls.
-  bool is_own_thread() {
-    const std::lock_guard lock(mutex_);
-    return !is_closed_ && session_->is_own_thread();
-  }
+  /// That edits are called on, from the first one on.
+  void set_own_thread() { own_thread_ = std::this_thread::get_id(); }
+  bool is_own_thread() const { return own_thread_ == std::this_thread::get_id(); }
+  /// In a process that was forked, which has no thread of it.
+  void abandon() { is_abandoned_ = true; }
+  bool is_abandoned() const { return is_abandoned_; }
 
  private:
   class Use {
@@ -58,7 +65,7 @@ class OpenSession {
     ~Use() {
       const std::lock_guard lock(session_.mutex_);
       --session_.users_;
-      session_.left_.notify_all();
+      session_.changed_.notify_all();
     }
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
@@ -68,9 +75,11 @@ class OpenSession {
   };
 
   std::mutex mutex_;
-  std::condition_variable left_;
+  std::condition_variable changed_;
   int users_ = 0;
-  bool is_closed_ = false;
+  bool is_closed_ = false, is_gone_ = false;
+  std::atomic<bool> is_abandoned_{false};
+  std::atomic<std::thread::id> own_thread_;
   std::optional<LiveSession> session_;
 };
 
@@ -86,6 +95,7 @@ class Edit {
       {
         const py::gil_scoped_release release;
         if (session_->is_own_thread()) refuse("an edit cannot wait for another one of its session");
+        if (session_->is_abandoned()) refuse("the session is of the process that was forked");
         done_.wait_for(attention);
       }
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -121,9 +131,7 @@ auto without_gil(std::shared_ptr<OpenSession> session, const Work& work) {
 class PyLiveSession {
  public:
   PyLiveSession(Scene& scene, const py::dict& options) {
-    const RenderOptions o = options_of(options);
-    const py::gil_scoped_release release;
-    session_ = std::make_shared<OpenSession>(scene, o);
+    session_ = std::make_shared<OpenSession>(scene, options_of(options));  // under the GIL: no other takes the scene
   }
   ~PyLiveSession() {
     if (!session_) return;
@@ -144,7 +152,11 @@ class PyLiveSession {
     session->close();
   }
   /// In a process that was forked, where the session has no threads: nothing of it can be ended.
-  void abandon() { new std::shared_ptr<OpenSession>(std::move(session_)); }
+  void abandon() {
+    if (!session_) return;
+    session_->abandon();
+    new std::shared_ptr<OpenSession>(std::move(session_));
+  }
 
   Edit edit(const py::function& change) {
     // Whoever lets go of it last does so under the GIL.
@@ -153,7 +165,8 @@ class PyLiveSession {
       delete f;
     });
     auto done = without_gil(session_, [&](LiveSession& session) {
-      return session.edit([kept](Scene& scene) {
+      return session.edit([kept, open = session_.get()](Scene& scene) {
+        open->set_own_thread();
         const py::gil_scoped_acquire acquire;
         const py::object lent = py::cast(std::move(scene));  // whoever keeps it has an empty one afterwards
         std::optional<std::string> problem;

@@ -14,6 +14,7 @@ from . import _core
 from ._core import SceneError
 
 atexit.register(_core.end_renderings)  # of daemon threads
+os.register_at_fork(after_in_child=_core.forget_renderings)
 
 Image = NDArray[np.float32]
 HeaderValue = Union[str, int, float, Sequence[float]]

@@ -45,6 +45,29 @@ TEST(IrradianceInterpolation, AgreesWithThePathTracer) {
   expect_near(render_built(built, 16, settings(true)).mean(), expected, 0.02f, "room");
 }
 
+TEST(IrradianceInterpolation, CountsTheGlowOfFogOnce) {
+  std::string text = R"(MediumInterface "" "fog"
+LookAt 0 -2.8 .5  0 2 -.5  0 0 1
+Camera "perspective" "float fov" 70
+Film "rgb" "integer xresolution" 32 "integer yresolution" 24 "bool savefp16" false
+MakeNamedMedium "fog" "string type" "exponential" "float scaleheight" 4 "rgb sigma_a" [ .02 .02 .02 ] "rgb sigma_s" [ 0 0 0 ] "rgb Le" [ 4 4 4 ]
+WorldBegin
+MediumInterface "fog" "fog"
+LightSource "infinite" "rgb L" [ .5 .5 .5 ]
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+)";
+  for (const char* P :
+       {"-3 -3 -2  3 -3 -2  -3 3 -2  3 3 -2", "-3 -3 2  3 -3 2  -3 3 2  3 3 2", "-3 3 -2  3 3 -2  -3 3 2  3 3 2",
+        "-3 -3 -2  -3 3 -2  -3 -3 2  -3 3 2", "3 -3 -2  3 3 -2  3 -3 2  3 3 2", "-3 -3 -2  3 -3 -2  -3 -3 2  3 -3 2"})
+    text += "Shape \"bilinearmesh\" \"point3 P\" [ " + std::string(P) + " ]\n";
+  const auto fog = build_text(text);
+  auto dense = settings(false), sparse = settings(true);
+  for (auto* s : {&dense, &sparse}) s->shading.bounces = 1;
+  const RGB without = render_built(fog, 4, dense).mean();
+  const auto with = render_built(fog, 4, sparse);
+  expect_near(with.mean(), without, 0.02f, "glow");
+}
+
 // 48 x 48 pixels are few for a room with eight things in it; larger pictures save more (bench/radiosity).
 TEST(IrradianceInterpolation, SavesDiffuseRays) {
   const auto built = build_text(room);

@@ -186,6 +186,11 @@ TEST(GltfCheck, SkinsWithoutMatricesHaveIdentities) {
 }
 
 TEST(GltfCheck, WhatIsNotReadIsNotJudged) {
+  json colors = whole_file();  // which may become less
+  colors["accessors"].push_back(
+      {{"bufferView", 4u}, {"componentType", 5120u}, {"normalized", true}, {"type", "VEC4"}, {"count", 3u}});
+  colors["meshes"][0]["primitives"][0]["targets"][0]["COLOR_0"] = 9u;
+  EXPECT_EQ(damage(colors), "");
   EXPECT_EQ(damage(changed("/accessors/9", R"({"type":"fifo"})")), "");
   EXPECT_EQ(damage(changed("/bufferViews/9", R"({"buffer":0,"byteLength":99999})")), "");
   EXPECT_EQ(damage(changed("/meshes/0/primitives/0/attributes/_OWN", "99")), "");

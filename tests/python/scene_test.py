@@ -386,6 +386,29 @@ elif sys.argv[2] == "fork":
         gc.collect()
         os._exit(0)
     assert os.waitpid(child, 0)[1] == 0
+elif sys.argv[2] == "rendering":
+    threading.Thread(target=lambda: scene.render(pixel_samples=10**6), daemon=True).start()
+    time.sleep(.3)
+    child = os.fork()
+    if child == 0:
+        dapple._core.end_renderings()
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+elif sys.argv[2] == "closing":  # while an edit asks for another one
+    live = dapple.LiveSession(scene, pixel_samples=1)
+    begun = threading.Event()
+    def change(scene):
+        later = live.edit(lambda scene: None)
+        begun.set()
+        time.sleep(.3)
+        later.result()
+    done = live.edit(change)
+    begun.wait()
+    live.close()
+    try:
+        done.result()
+    except dapple.SceneError:
+        pass
 else:  # the last who holds it is an edit
     class Holder: pass
     holder = Holder()
@@ -406,14 +429,14 @@ print("whole")
             scene = os.path.join(folder, "room.pbrt")
             with open(scene, "w", encoding="utf-8") as f:
                 f.write(ROOM)
-            for how in ("daemon", "fork", "own"):
+            for how in ("daemon", "fork", "rendering", "closing", "own"):
                 with self.subTest(how):
                     done = subprocess.run([sys.executable, "-c", program, scene, how], timeout=60, capture_output=True)
                     self.assertEqual((done.returncode, done.stdout, done.stderr), (0, b"whole\n", b""))
 
     def test_what_is_of_the_wrong_kind_is_named(self):
         for option, value in (("pixel_samples", 2.0), ("pixel_samples", 2**31), ("denoise", "on"), ("resolution", "64x36"),
-                              ("resolution", (64,)), ("seed", -1), ("cache_mb", "100"), ("aovs", [1])):
+                              ("resolution", (64,)), ("pixel_samples", "a" + 60 * "\u00e9"), ("seed", -1), ("cache_mb", "100"), ("aovs", [1])):
             with self.subTest(option=option, value=value), self.assertRaisesRegex(TypeError, f'"{option}": expected'):
                 self.scene.render(**{option: value})
         for value in ([[1, 2], [3]], b"12", 1j, [None], np.array(["a"]), np.array([1j] * 30)):

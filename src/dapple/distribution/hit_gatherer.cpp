@@ -10,25 +10,26 @@ using integrate::RaySet;
 using integrate::RayTracer;
 using trace::no_id;
 
-void HitGatherer::find_lights(const Place& place, int sets, ShadingWorkspace& w) const {
+void HitGatherer::find_lights(const Place& place, bool alone, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) {
     RaySet& r = b.ray_set(set);
     w.rays.diffuse += uint64_t(r.count);
     shading_.trace(r, w);
+    if (alone) std::fill_n(r.glow, r.count, RGB());
     shading_.direct.add_lights_hit(b, r, place.list_depth());
   }
 }
 
 void HitGatherer::gather(const Place& place, int sets, ShadingWorkspace& w) const {
-  find_lights(place, sets, w);
+  find_lights(place, false, sets, w);
   answer(place, place.behind_diffuse(), cached_.growth(place), any_ray, sets, w);
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }
 
 void HitGatherer::look(const Place& place, int sets, ShadingWorkspace& w) const {
-  find_lights(place, sets, w);
+  find_lights(place, true, sets, w);
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }

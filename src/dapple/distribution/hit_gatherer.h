@@ -28,7 +28,8 @@ class HitGatherer {
               ShadingWorkspace& w) const;
 
  private:
-  void find_lights(const Place& place, int sets, ShadingWorkspace& w) const;
+  /// alone: without the glow of media that are no lights.
+  void find_lights(const Place& place, bool alone, int sets, ShadingWorkspace& w) const;
   /// Of a ray that goes on as one, and fills no cell: its hit keeps its coat.
   bool keeps_layers(const Place& below, const integrate::RaySet& r, int ray) const;
   template <class Weight>

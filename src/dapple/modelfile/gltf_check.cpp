@@ -21,7 +21,10 @@ struct Damage : std::runtime_error {
 std::string shown(const json& value) {
   if (value.is_structured()) return value.is_array() ? "a list" : "an object";
   const std::string text = value.dump();
-  return text.size() > 40 ? text.substr(0, 40) + "..." : text;
+  size_t longest = 40;
+  if (text.size() <= longest) return text;
+  while ((text[longest] & 0xc0) == 0x80) --longest;  // within a character of UTF-8
+  return text.substr(0, longest) + "...";
 }
 
 constexpr size_t byte = 5120, unsigned_byte = 5121, short_ = 5122, unsigned_short = 5123, unsigned_int = 5125,
@@ -208,8 +211,9 @@ class Checker {
         {"COLOR", {{"VEC3", "VEC4"}, {unsigned_byte, unsigned_short, float_}}},
         {"JOINTS", {{"VEC4"}, {unsigned_byte, unsigned_short}}},
         {"WEIGHTS", {{"VEC4"}, {}}}};
-    static const Use of_moved_tangents{{"VEC3"}, {}};
+    static const Use of_moved_tangents{{"VEC3"}, {}}, of_moved_colors{{"VEC3", "VEC4"}, {}};
     if (in_target && attribute == "TANGENT") return &of_moved_tangents;
+    if (in_target && attribute.starts_with("COLOR")) return &of_moved_colors;
     const auto found =
         std::find_if(uses.begin(), uses.end(), [&](const auto& u) { return attribute.starts_with(u.first); });
     return found == uses.end() ? nullptr : &found->second;
