@@ -93,7 +93,7 @@ class LiveSession:
             try:
                 done.result()
                 self._known_gains = {**self._known_gains, **gains} if is_put else gains
-            except Exception as error:  # of edits their owners know; of a session that was closed there is none
+            except Exception as error:  # of edits their owners know
                 if is_put and self._refusal is None and isinstance(error, SceneError):
                     self._refusal = error
 
