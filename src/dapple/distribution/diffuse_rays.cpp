@@ -81,8 +81,7 @@ void DiffuseRays::draw(const Place& place, RaySet& r, ShadingWorkspace& w) const
     const float front = bsdf.reflected_share();
     const float weight = pi * w.job_weight[first], weights[2] = {weight / front, weight / (1 - front)};
     const bool seen_from_behind = bsdf.side(b.wo[k]) < 0, one_origin = b.has_one_origin(k);
-    const bool only_looks = b.some_indirect_known && b.indirect_known[k];
-    const int rays = only_looks ? b.seekers[k] : shading_.settings.diffuse_ray_count(place, b, k);
+    const int rays = b.knows_indirect(k) ? b.seekers[k] : shading_.settings.diffuse_ray_count(place, b, k);
     const bool of_pixel = place.depth.diffuse == 0 && b.stands_for_cone(k);
     const Fan fan = this->fan(b, k, rays, of_pixel ? b.diffuse_share(k) : 1);
     const float throughput = b.throughput[k] * bsdf.albedo().luminance() / chance(place, b, k, rays);

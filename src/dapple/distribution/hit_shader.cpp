@@ -104,10 +104,9 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
     for (LightSums* sums : {&b.irradiance, &b.irradiance_behind, &b.diffuse}) sums->clear(k);
     scattering[k] = b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]);
     const bool sends = scattering[k] && place.depth.diffuse < shading_.settings.bounces;
-    b.seekers[k] = !sends ? 0
-                   : b.some_indirect_known && b.indirect_known[k]
-                       ? shading_.direct.looking_rays(b, k, place.list_depth())
-                       : shading_.settings.diffuse_ray_count(place, b, k);
+    b.seekers[k] = !sends                ? 0
+                   : b.knows_indirect(k) ? shading_.direct.looking_rays(b, k, place.list_depth())
+                                         : shading_.settings.diffuse_ray_count(place, b, k);
   }
   shading_.direct.light(b, place.list_depth(), scattering, w);
   if (place.depth.diffuse < shading_.settings.bounces) send_diffuse_rays(place, scattering, w);
@@ -126,7 +125,6 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::send_diffuse_rays(const Place& place, const bool* scattering, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  const auto is_known = [&b](int k) { return b.some_indirect_known && b.indirect_known[k]; };
   int sets = 0;
   // Those that bring all light, then those that only look for lights.
   for (const bool known : {false, true}) {
@@ -139,10 +137,9 @@ void HitShader::send_diffuse_rays(const Place& place, const bool* scattering, Sh
     };
     w.job_count = 0;
     for (int k = 0; k < b.count; ++k) {
-      if (!scattering[k] || is_known(k) != known) continue;
+      if (!scattering[k] || b.knows_indirect(k) != known) continue;
       if (known) b.irradiance.add(k, b.indirect.at(k));
-      const int rays = known ? b.seekers[k] : shading_.settings.diffuse_ray_count(place, b, k);
-      DiffuseRays::add_jobs(place, b, k, rays, rays, w, [&] { send(false); });
+      DiffuseRays::add_jobs(place, b, k, b.seekers[k], b.seekers[k], w, [&] { send(false); });
     }
     send(true);
   }

@@ -114,6 +114,7 @@ struct PointBatch {
   LightSums irradiance, irradiance_behind;
   /// Indirect irradiance, without lights, that need not be found by rays.
   bool some_indirect_known = false, indirect_known[capacity];
+  bool knows_indirect(int k) const { return some_indirect_known && indirect_known[k]; }
   LightSums indirect;
   LightSums diffuse, specular;
   float onward[capacity];  ///< of hits: weight of their rays by coats (Arrival::coat of distribution); 0: none goes on
